@@ -46,6 +46,7 @@ pub mod page;
 pub mod processes;
 mod random;
 pub mod relaxation;
+mod roots;
 pub mod run;
 pub mod scene;
 pub mod seeding;

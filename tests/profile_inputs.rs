@@ -1,6 +1,6 @@
 //! Bodies from their physics, as far as the particles: masses, densities and pressures against closed forms.
 
-use sph_prep::{Control, FORMATS, ParticleFile, Report, Scene, place};
+use sph_prep::{Control, FORMATS, ParticleFile, Report, Scene, place, place_bodies};
 use std::f64::consts::PI;
 
 fn placed(scene: &str) -> (ParticleFile, Report) {
@@ -75,6 +75,8 @@ fn models_come_with_their_masses_in_every_dimension_that_they_have() {
         ("hernquist: {mass: 5, scale_radius: 1, outer_radius: 8}", 3, 5.0),
         ("nfw: {mass: 5, scale_radius: 1, outer_radius: 8}", 3, 5.0),
         ("king: {mass: 5, core_radius: 1, tidal_radius: 8}", 3, 5.0),
+        ("king-1966: {mass: 5, tidal_radius: 8, w0: 6}", 3, 5.0),
+        ("hydrostatic: {mass: 5, outer_radius: 2, sound_speed: 2 + r}", 3, 5.0),
         ("beta-model: {mass: 5, core_radius: 1, outer_radius: 8}", 3, 5.0),
         ("evrard: {mass: 5, radius: 2}", 3, 5.0),
         ("power-law: {mass: 5, radius: 2, slope: 2}", 3, 5.0),
@@ -113,6 +115,15 @@ fn bodies_that_cannot_be_are_refused_with_their_keys() {
         ("polytrope: {n: 1, mass: 1 Msun, radius: 1}", &["polytrope.radius", "units: solar"]),
         ("bonnor-ebert: {mass: 1, radius: 1, xi: 1e300}", &["bonnor-ebert.xi", "1e300"]),
         ("power-law: {mass: 1, radius: 1, slope: 3}", &["power-law.slope", "3"]),
+        ("king-1966: {mass: 1, tidal_radius: 1, w0: 30}", &["king-1966.w0", "30", "20"]),
+        ("hydrostatic: {mass: 1, outer_radius: 1}", &["hydrostatic.sound_speed", "missing", "`n`"]),
+        (
+            "hydrostatic: {mass: 1, outer_radius: 1, n: 1.5, self_gravity: false}",
+            &["nothing that holds it", "gravity_of"],
+        ),
+        ("hydrostatic: {mass: 1, outer_radius: 1, n: 7}", &["hydrostatic.n", "does not end"]),
+        ("hydrostatic: {mass: 9, outer_radius: 1, sound_speed: 1}", &["hydrostatic.mass", "2.79", "hotter"]),
+        ("hydrostatic: {mass: 1, outer_radius: 1, sound_speed: 1 - r}", &["sound_speed", "positive"]),
         ("isothermal: {mass: 5, radius: 2, sound_speed: 0.1}", &["sound_speed", "too low"]),
         ("white-dwarf: {mass: 1.6 Msun}", &["white-dwarf.mass", "Chandrasekhar"]),
         ("white-dwarf: {mass: 0.6 Msun, nucleons_per_electron: .nan}", &["nucleons_per_electron", "NaN"]),
@@ -128,4 +139,39 @@ fn bodies_that_cannot_be_are_refused_with_their_keys() {
     assert!(both.contains("more than one"), "{both}");
     let unknown = Scene::parse("input: {profile: {polytrop: {n: 1}}}\n").unwrap_err().to_string();
     assert!(unknown.contains("polytrop") && unknown.contains("line 1"), "{unknown}");
+}
+
+/// Isothermal gas in the halo beside it, whose particles feel it in turn; and its pressure is that of its temperature.
+#[test]
+fn gas_of_a_temperature_is_held_by_the_halo_at_its_place() {
+    let scene = Scene::parse(
+        "bodies:
+- {name: halo, input: {profile: {hernquist: {mass: 20, scale_radius: 1, outer_radius: 10}}}, collisionless: {}, particles: 300}
+- {name: gas, input: {profile: {hydrostatic: {mass: 0.5, outer_radius: 5, sound_speed: 3}}, atmosphere: keep}, particles: 1000, polish: none}
+",
+    )
+    .unwrap();
+    let (file, report) = place_bodies(&scene, FORMATS, &Control::default()).unwrap();
+    let notes = |body: usize| report.bodies[body].report["notes"].to_string();
+    assert!(notes(0).contains("the gravity of profile 'hydrostatic' is felt, 0.0250 times"), "{}", notes(0));
+    assert!(notes(1).contains("the gravity of profile 'hernquist' is felt, 40.0"), "{}", notes(1));
+    let table = &file.species.iter().find(|s| s.part_type == 0).unwrap().table;
+    let (energy, density) = (table.column("InternalEnergy").unwrap(), table.column("Density").unwrap());
+    for i in 0..table.count {
+        near(energy.values.get(i), 1.5 * 9.0, 1e-5, "u of c = 3");
+    }
+    // rho(a)/rho(b) = exp((Phi(b) - Phi(a))/c^2) in the halo alone: Phi = -G M/(r + 1) with M = 20 (11/10)^2; the gas adds to it.
+    let x = table.column("Coordinates").unwrap();
+    let middle: [f64; 3] =
+        std::array::from_fn(|k| (0..table.count).map(|i| x.values.get(3 * i + k)).sum::<f64>() / table.count as f64);
+    let radius = |i: usize| (0..3).map(|k| (x.values.get(3 * i + k) - middle[k]).powi(2)).sum::<f64>().sqrt();
+    let radii: Vec<f64> = (0..table.count).map(radius).collect();
+    let mean = |from: f64, to: f64| {
+        let of: Vec<f64> =
+            (0..table.count).filter(|i| (from..to).contains(&radii[*i])).map(|i| density.values.get(i)).collect();
+        of.iter().sum::<f64>() / of.len() as f64
+    };
+    let fall = mean(0.3, 0.7) / mean(1.9, 2.1);
+    let expected = (24.2_f64 / 9.0 * (1.0 / 1.5 - 1.0 / 3.0)).exp();
+    assert!((0.9..1.2).contains(&(fall / expected)), "{fall}, in the halo alone {expected}");
 }

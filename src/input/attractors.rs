@@ -3,9 +3,11 @@
 use crate::error::{Error, Result};
 use crate::field::{RadialProfile, total_mass};
 use crate::input::halo::{Halo, is_without_gas};
+use crate::input::profile::{self, Numbers};
 use crate::input::spherical::spherical;
 use crate::input::stated_units;
 use crate::input::units::RunUnits;
+use crate::input::weight::Beside;
 use crate::input::{factor, ingest};
 use crate::scene::Scene;
 use sph::point_mass::{PointMass, Softening};
@@ -58,6 +60,38 @@ pub(crate) fn find(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> R
     Ok(all)
 }
 
+/// What attracts of a scene's, for a profile that depends on it, and what there is to say of the rest.
+///
+/// # Errors
+/// As for [`find`].
+pub(crate) fn beside(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<(Beside, Vec<String>)> {
+    let (mut beside, mut notes) = (Beside::default(), Vec::new());
+    for found in find(scene, formats, units)? {
+        match found {
+            Attractor::Point(point) => beside.points.push(point),
+            Attractor::Sphere { profile, end, .. } => beside.spheres.push((profile, end)),
+            Attractor::Left(note) => notes.push(note),
+        }
+    }
+    Ok((beside, notes))
+}
+
+/// The gas of a scene's profile, at rest in the gravity of the scene's other bodies and its own, as if it had been read.
+///
+/// # Errors
+/// As for [`find`], and numbers that make no such gas.
+pub(crate) fn hydrostatic(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    (numbers, units): (&Numbers, &RunUnits),
+) -> Result<ingest::RawInput> {
+    let gas = scene.input.hydrostatic().ok_or_else(|| Error::scene("input.profile", "is no gas that others hold"))?;
+    let (beside, notes) = beside(scene, formats, units)?;
+    let mut field = profile::hydrostatic(scene, gas, (numbers, &beside))?;
+    field.notes.extend(notes);
+    Ok(ingest::RawInput::File(Box::new(field)))
+}
+
 /// The body of a scene of its own.
 fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Attractor> {
     let name = scene.input_name();
@@ -73,6 +107,10 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Att
         return Ok(left);
     }
     let own = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
+    let raw = match raw {
+        ingest::RawInput::Hydrostatic(numbers) => hydrostatic(scene, formats, (&numbers, &own))?,
+        raw => raw,
+    };
     let dimension = ingest::dimension(scene, &raw)?;
     if dimension != 3 {
         return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));

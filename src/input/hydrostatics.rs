@@ -206,7 +206,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
     fn known(scene: &Scene, prepared: &'a Prepared<D>, units: &RunUnits) -> Result<Option<Self>> {
         let options = scene.balance.on().cloned().unwrap_or_default();
         let scale = Scale::new::<D>(prepared, units.input, scene, &options);
-        let gravity = gravity(&options, prepared)?;
+        let gravity = gravity(&options, prepared, scene)?;
         let Some(pressure) = pressure(scene, &options, prepared, &scale, &gravity, units)? else {
             return Ok(None);
         };
@@ -366,8 +366,13 @@ impl Scale {
     }
 }
 
-fn gravity<'a, const D: usize>(options: &BalanceInput, prepared: &'a Prepared<D>) -> Result<Gravity<'a, D>> {
-    match (options.gravity, &prepared.source.radial) {
+fn gravity<'a, const D: usize>(
+    options: &BalanceInput,
+    prepared: &'a Prepared<D>,
+    scene: &Scene,
+) -> Result<Gravity<'a, D>> {
+    let by_input = scene.input.is_without_own_gravity().then_some(GravityName::Field);
+    match (options.gravity.or(by_input), &prepared.source.radial) {
         (None | Some(GravityName::Own), Some(radial)) => Ok(Gravity::Enclosed(radial)),
         (Some(GravityName::Own), None) => Err(Error::scene(
             "balance.gravity",

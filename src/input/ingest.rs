@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::{
     Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, from_raw, in_units_of,
-    mass_columns, natural_dimension,
+    natural_dimension,
 };
 use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
@@ -14,16 +14,14 @@ use crate::input::roles::{
 };
 use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_orientation};
 use crate::input::units::{RunUnits, named_unit};
-use crate::input::{beside, profile, shapes};
+use crate::input::{beside, profile, request, shapes};
 use crate::scene::{
     BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
-    ProfileInput, Quantity, ResolutionInput, Role, Scene, StaggeringName, values, vector,
+    ProfileInput, Quantity, ResolutionInput, Scene, StaggeringName, values, vector,
 };
 use crate::seeding::Seeding;
 use sph::domain::{Axis, Domain, Region, Wall};
-use sph_formats::{
-    FieldRequest, FileContent, FormatSpec, Geometry, ParticleFile, RawField, Unit, UnitDimension, UnitSystem,
-};
+use sph_formats::{FieldRequest, FileContent, FormatSpec, Geometry, ParticleFile, RawField, UnitDimension, UnitSystem};
 use std::path::Path;
 
 /// A raw field, particles of another run, or the fact that the density is an expression.
@@ -33,6 +31,8 @@ pub enum RawInput {
     Expression(String),
     /// The disc of a scene's profile, whose numbers are in these.
     Disc(Numbers),
+    /// The gas of a scene's profile that others hold, whose numbers are in these.
+    Hydrostatic(Numbers),
 }
 
 impl RawInput {
@@ -41,7 +41,7 @@ impl RawInput {
         match self {
             Self::File(field) => Some(field),
             Self::Snapshot(snapshot) => Some(&snapshot.field),
-            Self::Expression(_) | Self::Disc(_) => None,
+            Self::Expression(_) | Self::Disc(_) | Self::Hydrostatic(_) => None,
         }
     }
 }
@@ -68,6 +68,7 @@ pub(super) fn stated(scene: &Scene) -> Result<Option<RawInput>> {
     }
     Ok(match &input.profile {
         Some(disc @ ProfileInput::Disc(_)) => Some(RawInput::Disc(Numbers::new(scene, disc, false)?)),
+        Some(gas @ ProfileInput::Hydrostatic(_)) => Some(RawInput::Hydrostatic(Numbers::new(scene, gas, false)?)),
         Some(model) => Some(RawInput::File(Box::new(profile::field(scene, model)?))),
         None => None,
     })
@@ -78,15 +79,7 @@ pub(super) fn stated(scene: &Scene) -> Result<Option<RawInput>> {
 /// # Errors
 /// What the reader says.
 pub(super) fn content(scene: &Scene, formats: &[FormatSpec]) -> Result<FileContent> {
-    let input = &scene.input;
-    let request = FieldRequest {
-        density: scene.density_name()?,
-        carry: variables_to_read(scene),
-        optional: mass_columns().map(str::to_owned).collect(),
-        time: input.time,
-        ..planet(scene)?
-    };
-    Ok(sph_formats::read(formats, path(scene), input.format.as_deref(), &request)?)
+    Ok(sph_formats::read(formats, path(scene), scene.input.format.as_deref(), &request::of(scene)?)?)
 }
 
 fn path(scene: &Scene) -> &Path {
@@ -158,34 +151,6 @@ pub(super) fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result
     Ok(Some(note))
 }
 
-/// What depths count from. A plain number is in the unit of their axis, unless the scene states its units.
-fn planet(scene: &Scene) -> Result<FieldRequest> {
-    let Some(radius) = &scene.input.planet_radius else { return Ok(FieldRequest::default()) };
-    let system = scene.stated_units()?;
-    let planet_radius = match (radius, system) {
-        (Quantity::Plain(number), None) => return Ok(request_of(*number, None)),
-        _ => {
-            let conversion = Conversion::new(system.or(Some(UnitSystem::cgs())), UnitSystem::cgs());
-            radius.value("input.planet_radius", UnitDimension::LENGTH, &conversion)?
-        }
-    };
-    Ok(request_of(planet_radius, Unit::parse("cm")))
-}
-
-fn request_of(planet_radius: f64, planet_radius_unit: Option<Unit>) -> FieldRequest {
-    FieldRequest { planet_radius: Some(planet_radius), planet_radius_unit, ..FieldRequest::default() }
-}
-
-/// The carried variables with those that the resolution needs from the same file.
-fn variables_to_read(scene: &Scene) -> Option<Vec<String>> {
-    let mut names = scene.input.carry.clone()?;
-    names.extend(scene.map.iter().filter(|(_, role)| **role != Role::Density).map(|(name, _)| name.clone()));
-    if let Some(resolution) = scene.resolution.as_ref().filter(|r| r.file.is_none()) {
-        names.extend(resolution.variable().map(str::to_owned));
-    }
-    Some(names)
-}
-
 /// A file's field, or the particles of a snapshot as points that have one.
 pub(super) fn read_field(
     formats: &[FormatSpec],
@@ -218,10 +183,11 @@ pub fn dimension(scene: &Scene, raw: &RawInput) -> Result<usize> {
                 _ => Ok(asked.unwrap_or(natural)),
             }
         }
-        None if matches!(raw, RawInput::Disc(_)) => match asked {
+        None if matches!(raw, RawInput::Disc(_) | RawInput::Hydrostatic(_)) => match asked {
             None | Some(3) => Ok(3),
             Some(d) => {
-                Err(Error::scene("input.dimension", format!("is {d}, but the profile 'disc' is one in 3 dimensions")))
+                let problem = format!("is {d}, but the {} is one in 3 dimensions", scene.input_name());
+                Err(Error::scene("input.dimension", problem))
             }
         },
         None => {
@@ -274,7 +240,7 @@ pub fn source<const D: usize>(
         }
         RawInput::File(field) => give_roles(scene, field, &mut options, units)?,
         RawInput::Snapshot(snapshot) => give_roles(scene, &mut snapshot.field, &mut options, units)?,
-        RawInput::Expression(_) | RawInput::Disc(_) => Vec::new(),
+        RawInput::Expression(_) | RawInput::Disc(_) | RawInput::Hydrostatic(_) => Vec::new(),
     };
     let density = density_within(scene, raw.field());
     let mut notes = Vec::new();
@@ -303,7 +269,9 @@ pub fn source<const D: usize>(
             of_snapshot = Some(found);
             source
         }
-        RawInput::Disc(_) => return Err(Error::scene("input.profile", "is a disc, which has no table")),
+        RawInput::Disc(_) | RawInput::Hydrostatic(_) => {
+            return Err(Error::scene("input.profile", "is no table by itself"));
+        }
         RawInput::Expression(text) => {
             let domain = stated.clone().ok_or_else(|| {
                 Error::scene(
@@ -581,7 +549,7 @@ pub fn resolution<const D: usize>(
                 carry: Some(Vec::new()),
                 optional: Vec::new(),
                 time: scene.input.time,
-                ..planet(scene)?
+                ..request::planet(scene)?
             };
             let format = if asked.file.is_none() { scene.input.format.as_deref() } else { None };
             let mut raw = read_field(formats, path, format, &request)?;

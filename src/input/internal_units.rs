@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, mass_and_pieces, total_mass};
 use crate::input::atmosphere::{self, Cut};
+use crate::input::attractors;
 use crate::input::core::{self, Core};
 use crate::input::disc;
 use crate::input::factor;
@@ -90,6 +91,10 @@ impl<const D: usize> Prepared<D> {
         let sampled = Sampled::<D>::of(scene, &raw);
         let ingested = match raw {
             RawInput::Disc(numbers) => disc::source::<D>(scene, formats, (&numbers, units))?,
+            RawInput::Hydrostatic(numbers) => {
+                let raw = attractors::hydrostatic(scene, formats, (&numbers, units))?;
+                ingest::source::<D>(scene, formats, raw, units)?
+            }
             raw => ingest::source::<D>(scene, formats, raw, units)?,
         };
         let Ingested { source, variables, input_mass, of_snapshot } = ingested;

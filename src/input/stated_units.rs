@@ -85,7 +85,7 @@ pub fn of_field(field: &RawField) -> Option<InputUnits> {
 
 fn by_scene_or_file(scene: &Scene, raw: &RawInput) -> Result<Stated> {
     let known = |input: InputUnits| Stated { input: Some(input), ..Stated::default() };
-    if let RawInput::Disc(numbers) = raw {
+    if let RawInput::Disc(numbers) | RawInput::Hydrostatic(numbers) = raw {
         let cgs = numbers.has_units.then_some(InputUnits { length: 1.0, density: 1.0, time: 1.0 });
         return Ok(Stated { input: cgs, ..Stated::default() });
     }

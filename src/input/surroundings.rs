@@ -78,8 +78,9 @@ impl<const D: usize> CarriedField<D> for Weight<D> {
 
 /// Replaces the pressure of a profile that carries its own weight alone; says where other gas is not held.
 fn carry_weight<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>, units: &RunUnits) -> Result<Option<String>> {
-    // A disc has all of it in its pressure and rotation.
-    if scene.collisionless.is_some() || scene.input.disc().is_some() || prepared.beside.is_empty() {
+    // These have all of it in their pressure, or in pressure and rotation.
+    let is_held = scene.input.disc().is_some() || scene.input.hydrostatic().is_some();
+    if scene.collisionless.is_some() || is_held || prepared.beside.is_empty() {
         return Ok(None);
     }
     let by_law = scene.input.profile.as_ref().is_some_and(|p| !p.carries_weight());

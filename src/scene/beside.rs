@@ -53,6 +53,7 @@ impl Scene {
         Self {
             input: attractor.input.clone(),
             domain: attractor.domain.clone(),
+            gravity_of: attractor.gravity_of.clone(),
             units: self.units.clone(),
             target_code: self.target_code.clone(),
             balance: self.balance.clone(),
@@ -67,13 +68,20 @@ impl Scene {
             (Some(mass), radius) => {
                 mass.check_positive(&of("point_mass"), UnitDimension::MASS)?;
                 radius.as_ref().map_or(Ok(()), |r| r.check_positive(&of("softening_radius"), UnitDimension::LENGTH))?;
-                match attractor.input == Input::default() && attractor.domain.is_empty() {
+                let is_alone = attractor.input == Input::default()
+                    && attractor.domain.is_empty()
+                    && attractor.gravity_of.is_empty();
+                match is_alone {
                     true => Ok(()),
                     false => Err(Error::scene(of("point_mass"), "stands beside an input; leave one out")),
                 }
             }
             (None, Some(_)) => Err(Error::scene(of("softening_radius"), "is of a point_mass, which is missing")),
             (None, None) => {
+                if !attractor.gravity_of.is_empty() && attractor.input.hydrostatic().is_none() {
+                    let problem = "is of what follows from the gravity of others (`profile: hydrostatic`), and this input does not; leave it out";
+                    return Err(Error::scene(of("gravity_of"), problem));
+                }
                 if attractor.input.core.is_some() || attractor.input.others.is_some() {
                     let problem = "has a `core` or `others`; only what its own density makes counts here: leave them out, and state a point mass by itself";
                     return Err(Error::scene(of("input"), problem));

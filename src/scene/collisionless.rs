@@ -50,4 +50,7 @@ pub struct AttractorInput {
     #[schemars(extend("x-unit" = "length"), example = &"0.1 kpc")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub softening_radius: Option<Quantity>,
+    /// What holds it in turn, where its density follows from that (`hydrostatic`).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gravity_of: Vec<AttractorInput>,
 }

@@ -19,9 +19,10 @@ impl Scene {
             files.extend(body.fields.files_mut());
             files.extend(body.dust.iter_mut().flat_map(|d| d.fields.files_mut()));
         }
-        for attraction in attracting {
+        while let Some(attraction) = attracting.pop() {
             files.extend(of_input(&mut attraction.input, None));
             files.extend(attraction.domain.files_mut());
+            attracting.extend(&mut attraction.gravity_of);
         }
         if let Some(walls) = &mut self.walls {
             files.extend([&mut walls.around, &mut walls.without].into_iter().flatten().flat_map(ShapeInput::files_mut));

@@ -1,6 +1,6 @@
 //! What a scene says of the physics that a code has to be told of: whether its matter attracts itself, walls, and its gas.
 
-use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene, Switch};
+use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene};
 use crate::error::{Error, Result};
 
 impl Scene {
@@ -33,9 +33,11 @@ impl Scene {
 
     /// Whether a field of force that is not the particles' own is said to hold the pressure.
     pub(crate) fn is_in_field(&self) -> bool {
-        let mut balances =
-            std::iter::once(&self.balance).chain(self.bodies.iter().map(|body| &body.balance)).filter_map(Switch::on);
-        balances.any(|balance| balance.gravity == Some(GravityName::Field))
+        let of_bodies = self.bodies.iter().map(|body| (&body.input, &body.balance));
+        std::iter::once((&self.input, &self.balance)).chain(of_bodies).any(|(input, balance)| {
+            let stated = balance.on().and_then(|balance| balance.gravity);
+            stated == Some(GravityName::Field) || stated.is_none() && input.is_without_own_gravity()
+        })
     }
 
     /// Whether dust is to be particles of its own.
@@ -134,9 +136,8 @@ fn has_own_disc(input: &Input) -> bool {
 fn holds_itself(input: &Input, balance: Option<&BalanceInput>) -> bool {
     match balance.and_then(|b| b.gravity) {
         Some(gravity) => gravity == GravityName::Own,
-        None => input
-            .profile
-            .as_ref()
-            .is_some_and(|profile| !matches!(profile, ProfileInput::ToyStar { .. } | ProfileInput::Disc(_))),
+        None => input.profile.as_ref().is_some_and(|profile| {
+            !matches!(profile, ProfileInput::ToyStar { .. } | ProfileInput::Disc(_)) && !input.is_without_own_gravity()
+        }),
     }
 }

@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::{CoreInput, DiscInput, ProfileInput, Quantity, Term};
+use super::{CoreInput, DiscInput, HydrostaticInput, ProfileInput, Quantity, Term};
 use crate::error::{Error, Result};
 use crate::field::Orientation;
 use schemars::JsonSchema;
@@ -118,6 +118,19 @@ impl Input {
             Some(ProfileInput::Disc(disc)) => Some(disc),
             _ => None,
         }
+    }
+
+    /// The gas whose density follows from its temperature, if that is what the input is.
+    pub(crate) fn hydrostatic(&self) -> Option<&HydrostaticInput> {
+        match &self.profile {
+            Some(ProfileInput::Hydrostatic(gas)) => Some(gas),
+            _ => None,
+        }
+    }
+
+    /// Whether it is gas that feels others alone.
+    pub(crate) fn is_without_own_gravity(&self) -> bool {
+        self.hydrostatic().is_some_and(|gas| !gas.self_gravity)
     }
 
     /// How a surface is scaled and turned, where [`Self::validate_orientation`] has no objection.

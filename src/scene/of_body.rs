@@ -94,26 +94,32 @@ impl Scene {
         alone
     }
 
-    /// The bodies about the same center as body `index`, whose gravity it feels: where it is a disc, or any body is collisionless. Others
-    /// are held by what their own scenes say.
+    /// The bodies about the same center as body `index`, whose gravity it feels: where it is a disc or gas that follows from it, or any body is
+    /// collisionless. Others are held by what their own scenes say.
     fn others_about(&self, index: usize) -> Vec<AttractorInput> {
-        let is_disc = self.bodies[index].input.disc().is_some();
-        if self.orbit.is_some() || !(is_disc || self.bodies.iter().any(|b| b.collisionless.is_some())) {
+        let own = &self.bodies[index].input;
+        let follows = own.disc().is_some() || own.hydrostatic().is_some();
+        if self.orbit.is_some() || !(follows || self.bodies.iter().any(|b| b.collisionless.is_some())) {
             return Vec::new();
         }
+        let attracting = self.at_the_place_of(index).map(|(i, other)| {
+            // Gas that is held by others is what it is among them.
+            let held = self.at_the_place_of(i).filter(|(_, body)| body.input.hydrostatic().is_none());
+            let holding = held.map(|(_, body)| attractor(body)).filter(|_| other.input.hydrostatic().is_some());
+            let stated = other.gravity_of.iter().filter(|_| other.input.hydrostatic().is_some()).cloned();
+            AttractorInput { gravity_of: holding.chain(stated).collect(), ..attractor(other) }
+        });
+        attracting.collect()
+    }
+
+    /// The other bodies at the position of body `index`.
+    fn at_the_place_of(&self, index: usize) -> impl Iterator<Item = (usize, &BodyInput)> {
         let place = |body: &BodyInput| match body.position.iter().all(|q| q.number() == 0.0) {
             true => Vec::new(),
             false => body.position.clone(),
         };
         let own = place(&self.bodies[index]);
-        let others = self.bodies.iter().enumerate().filter(|(i, other)| *i != index && place(other) == own);
-        let attracting = others.map(|(_, other)| AttractorInput {
-            input: other.input.clone(),
-            domain: other.domain.clone(),
-            point_mass: other.point_mass.clone(),
-            softening_radius: other.softening_radius.clone(),
-        });
-        attracting.collect()
+        self.bodies.iter().enumerate().filter(move |(i, other)| *i != index && place(other) == own)
     }
 
     /// Checks bodies, each as a scene of its own, and what says where they go.
@@ -247,5 +253,16 @@ impl Scene {
             }
             None => Ok(()),
         }
+    }
+}
+
+/// A body as one that attracts.
+fn attractor(body: &BodyInput) -> AttractorInput {
+    AttractorInput {
+        input: body.input.clone(),
+        domain: body.domain.clone(),
+        point_mass: body.point_mass.clone(),
+        softening_radius: body.softening_radius.clone(),
+        gravity_of: Vec::new(),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Quantity;
 use super::disc::DiscInput;
+use super::hydrostatic::HydrostaticInput;
 use super::planet::PlanetInput;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -111,6 +112,19 @@ pub enum ProfileInput {
         #[schemars(extend("x-unit" = "length"))]
         tidal_radius: Quantity,
     },
+    /// King's (1966) model of a cluster: an isothermal sphere whose stars are cut off at the energy of the tidal radius.
+    #[serde(rename = "king-1966")]
+    KingCluster {
+        /// Within the tidal radius.
+        #[schemars(extend("x-unit" = "mass"))]
+        mass: Quantity,
+        /// Where the density vanishes.
+        #[schemars(extend("x-unit" = "length"))]
+        tidal_radius: Quantity,
+        /// W_0, the depth of the potential in units of the squared dispersion of the center: up to 20.
+        #[schemars(example = 6.0)]
+        w0: f64,
+    },
     /// (1 + r^2/r_c^2)^(-3 beta/2).
     BetaModel {
         /// Within the outer radius.
@@ -175,6 +189,8 @@ pub enum ProfileInput {
     Planet(PlanetInput),
     /// Gas in rotation about what the scene has in the center, in equilibrium with its gravity and the disc's own.
     Disc(DiscInput),
+    /// Gas at rest in the gravity of what is about its center and its own, of a temperature that is given.
+    Hydrostatic(HydrostaticInput),
 }
 
 /// A zone of a composite polytrope.
@@ -235,6 +251,7 @@ impl ProfileInput {
         let all: Vec<(&'static str, &Quantity, UnitDimension)> = match self {
             Self::Planet(planet) => return planet.quantities(),
             Self::Disc(disc) => disc.quantities(),
+            Self::Hydrostatic(gas) => gas.quantities(),
             Self::Polytrope { mass, radius, .. }
             | Self::CompositePolytrope { mass, radius, .. }
             | Self::BonnorEbert { mass, radius, .. }
@@ -252,6 +269,9 @@ impl ProfileInput {
             Self::King { mass, core_radius, tidal_radius } => {
                 vec![of_mass(mass), length("core_radius", core_radius), length("tidal_radius", tidal_radius)]
             }
+            Self::KingCluster { mass, tidal_radius, .. } => {
+                vec![of_mass(mass), length("tidal_radius", tidal_radius)]
+            }
             Self::BetaModel { mass, core_radius, outer_radius, .. } => {
                 vec![of_mass(mass), length("core_radius", core_radius), length("outer_radius", outer_radius)]
             }
@@ -268,6 +288,7 @@ impl ProfileInput {
                 | Self::Hernquist { .. }
                 | Self::Nfw { .. }
                 | Self::King { .. }
+                | Self::KingCluster { .. }
                 | Self::BetaModel { .. }
                 | Self::PowerLaw { .. }
         )
@@ -289,6 +310,7 @@ impl ProfileInput {
             Self::Hernquist { .. } => "hernquist",
             Self::Nfw { .. } => "nfw",
             Self::King { .. } => "king",
+            Self::KingCluster { .. } => "king-1966",
             Self::BetaModel { .. } => "beta-model",
             Self::Evrard { .. } => "evrard",
             Self::PowerLaw { .. } => "power-law",
@@ -296,6 +318,7 @@ impl ProfileInput {
             Self::WhiteDwarf { .. } => "white-dwarf",
             Self::Planet(_) => "planet",
             Self::Disc(_) => "disc",
+            Self::Hydrostatic(_) => "hydrostatic",
         }
     }
 }

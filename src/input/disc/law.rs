@@ -2,11 +2,8 @@
 
 use super::well::Well;
 use crate::error::{Error, Result};
-use crate::field::Expression;
 use crate::field::quadrature::integrate;
-use crate::input::constants::Constants;
-use crate::scene::{Conversion, Term};
-use sph_formats::UnitDimension;
+use crate::input::formula::Formula;
 use std::f64::consts::{PI, TAU};
 
 /// Slopes are those between two radii so far apart, as a part of the radius.
@@ -21,57 +18,6 @@ const TRIES: u32 = 16;
 const SAME_POWER: f64 = 1e-6;
 /// In place of a radius of 0, as a part of the outer one.
 const CENTER: f64 = 1e-6;
-
-/// An expression in R, in the units of the input.
-pub(super) struct Formula {
-    key: String,
-    expression: Expression,
-    /// The input's units per one of the expression's: of length and of the value.
-    length: f64,
-    unit: f64,
-}
-
-impl Formula {
-    /// # Errors
-    /// A text that is no expression in R, nor a number with a unit of `dimension`.
-    pub fn new(
-        (key, term): (String, &Term),
-        dimension: UnitDimension,
-        (constants, conversion): (&Constants, &Conversion),
-    ) -> Result<Self> {
-        let text = match term {
-            Term::Number(number) => format!("{number:e}"),
-            Term::Text(text) => constants.number(&key, text, dimension)?,
-        };
-        let expression = constants.expression::<1>(&key, &text, &["R"])?;
-        let (length, unit) = (conversion.factor(UnitDimension::LENGTH), conversion.factor(dimension));
-        Ok(Self { key, expression, length, unit })
-    }
-
-    fn at(&self, radius: f64) -> f64 {
-        let r = radius / self.length;
-        self.unit * self.expression.evaluate_with(&[r, 0.0, 0.0, r, r])
-    }
-
-    /// Tries it at radii between two.
-    fn check(&self, [inner, outer]: [f64; 2]) -> Result<()> {
-        let tries = 512;
-        for i in 0..=tries {
-            let r = inner + (outer - inner) * f64::from(i) / f64::from(tries);
-            let value = self.at(r);
-            let is_pole = r == 0.0 && !value.is_finite();
-            if !(is_pole || value > 0.0 && value.is_finite()) {
-                let problem = format!(
-                    "is {} at R = {}, expected a positive number everywhere in the disc",
-                    value / self.unit,
-                    r / self.length
-                );
-                return Err(Error::scene(&self.key, problem));
-            }
-        }
-        Ok(())
-    }
-}
 
 /// What sets the temperature.
 pub(super) enum Temperature {

@@ -10,16 +10,16 @@ mod well;
 
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, CarriedInfo, ScalarField, Source};
-use crate::input::attractors::{self, Attractor};
+use crate::input::attractors;
 use crate::input::beside;
 use crate::input::constants::{Constants, gravity};
+use crate::input::formula::Formula;
 use crate::input::ingest::Ingested;
 use crate::input::profile::Numbers;
 use crate::input::units::RunUnits;
-use crate::input::weight::Beside;
 use crate::scene::{DiscInput, Scene, Term};
 use gas::Gas;
-use law::{Formula, Law, Temperature};
+use law::{Law, Temperature};
 use sph::domain::{Axis, Domain, Wall};
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, Unit, UnitDimension};
@@ -143,14 +143,8 @@ impl Stated<'_> {
 
     /// What else attracts.
     fn well(&self, formats: &[FormatSpec], units: &RunUnits, notes: &mut Vec<String>) -> Result<Well> {
-        let mut beside = Beside::default();
-        for found in attractors::find(self.scene, formats, units)? {
-            match found {
-                Attractor::Point(point) => beside.points.push(point),
-                Attractor::Sphere { profile, end, .. } => beside.spheres.push((profile, end)),
-                Attractor::Left(note) => notes.push(note),
-            }
-        }
+        let (beside, left) = attractors::beside(self.scene, formats, units)?;
+        notes.extend(left);
         // A disc reaches up to twice its radius.
         let farthest = 3.0 * self.value("outer_radius")?;
         Ok(Well::new(beside, gravity(self.scene, self.numbers.has_units), farthest))

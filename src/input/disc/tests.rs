@@ -1,8 +1,9 @@
 use super::gas::Gas;
-use super::law::{Formula, Law, Temperature};
+use super::law::{Law, Temperature};
 use super::well::Well;
 use crate::field::{ScalarField, total_mass};
 use crate::input::constants::Constants;
+use crate::input::formula::Formula;
 use crate::input::weight::Beside;
 use crate::scene::{Conversion, Scene, Term};
 use sph::domain::{Axis, Domain, Wall};

@@ -2,30 +2,37 @@
 //!
 //! | model | density | pressure |
 //! |---|---|---|
-//! | polytrope, composite-polytrope, isothermal, bonnor-ebert, white-dwarf | solution under its own gravity | of the equation of state |
+//! | polytrope, composite-polytrope, isothermal, bonnor-ebert, king-1966, white-dwarf | solution under its own gravity | of the equation of state |
 //! | plummer, hernquist, nfw, king, beta-model, power-law | closed form, cut at the outer radius | that carries the weight, 0 at the outer radius |
 //! | evrard | closed form | of one specific internal energy |
 //! | toy-star | closed form | k rho^2 |
+//! | hydrostatic | solution in the gravity of others and its own | of the temperature that is given, or K rho^(1 + 1/n) |
 //! | disc | no function of the radius: [`crate::input::disc`] | |
 //! | planet | of layers of materials under their own gravity | of their equations of state |
 
 mod composite;
 mod emden;
+mod hydrostatic;
 mod layers;
 mod planet;
 #[cfg(test)]
 mod planet_tests;
 mod spheres;
 mod table;
+mod well;
 mod white_dwarf;
 
 use crate::eos::Material;
 use crate::error::{Error, Result};
-use crate::input::constants::GRAVITATIONAL_CONSTANT;
-use crate::scene::{Conversion, ProfileInput, Quantity, Scene, beside_units};
+use crate::input::constants::{Constants, gravity};
+use crate::input::formula::Formula;
+use crate::input::weight::Beside;
+use crate::scene::{Conversion, HydrostaticInput, ProfileInput, Quantity, Scene, beside_units};
+use hydrostatic::{Gas, Heat};
 use sph_formats::{Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable};
 use spheres::{Cut, key};
 use table::Table;
+use well::Well;
 
 /// The field of a scene's profile: in cgs where the scene has units or its numbers have, else in its plain numbers.
 ///
@@ -35,16 +42,41 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
     let d = scene.input.dimension.unwrap_or(3);
     let is_of_nature = matches!(profile, ProfileInput::WhiteDwarf { .. } | ProfileInput::Planet(_));
     let Numbers { conversion, has_units } = Numbers::new(scene, profile, is_of_nature)?;
-    let in_cgs = scene.code().map_or(GRAVITATIONAL_CONSTANT, |code| code.sheet.gravity);
-    let plain = scene.balance.on().cloned().unwrap_or_default().constant;
-    let gravity = if has_units { in_cgs } else { plain };
-    let model = Model { profile, d, gravity, conversion };
+    let model = Model { profile, d, gravity: gravity(scene, has_units), conversion };
     let mut table = model.table()?;
     if let Some(mass) = model.stated_mass()? {
         table.hold(d, mass);
     }
     materials(scene)?;
-    let name = profile.name();
+    raw(profile.name(), table, has_units)
+}
+
+/// The gas of a scene's profile at rest in the gravity of what is `beside` it, in the units of its numbers, and its own.
+///
+/// # Errors
+/// Numbers that make no such gas.
+pub(crate) fn hydrostatic(
+    scene: &Scene,
+    input: &HydrostaticInput,
+    (numbers, beside): (&Numbers, &Beside),
+) -> Result<RawField> {
+    let profile = ProfileInput::Hydrostatic(input.clone());
+    let model = Model {
+        profile: &profile,
+        d: scene.input.dimension.unwrap_or(3),
+        gravity: gravity(scene, numbers.has_units),
+        conversion: numbers.conversion.clone(),
+    };
+    let mut table = model.hydrostatic(input, beside, &Constants::new(scene, numbers.conversion.from))?;
+    table.hold(3, model.value("mass")?);
+    raw(profile.name(), table, numbers.has_units)
+}
+
+/// A table as if it had been read.
+///
+/// # Errors
+/// Numbers beyond f64.
+fn raw(name: &str, table: Table, has_units: bool) -> Result<RawField> {
     let worst = table.density.iter().chain(&table.radii).find(|v| !v.is_finite());
     if let Some(v) = worst {
         let problem = format!("has a density or radius of {v}: its mass and radii are beyond f64; choose other units");
@@ -74,6 +106,24 @@ pub(crate) fn field(scene: &Scene, profile: &ProfileInput) -> Result<RawField> {
         notes: table.notes,
     })
 }
+
+/// What to know of where a gas ends.
+fn edge_note(table: &Table, outer: f64, length: f64) -> Option<String> {
+    let pressure = table.pressure.as_ref()?;
+    let (end, edge) = (table.radii.last()?, pressure.last()? / pressure.first()?);
+    if edge > LITTLE_PRESSURE {
+        return Some(format!(
+            "the gas is cut at its outer radius, where its pressure is {:.3} % of that in the center: what is about it has to hold that",
+            100.0 * edge
+        ));
+    }
+    (end / outer < 1.0 - ROUNDING)
+        .then(|| format!("the gas ends within its outer radius, at {:.4e} in the scene's units", end / length))
+}
+
+/// Part of the pressure in the center that at an edge is none.
+const LITTLE_PRESSURE: f64 = 1e-6;
+const ROUNDING: f64 = 1e-9;
 
 /// What the numbers of a profile are in.
 pub struct Numbers {
@@ -152,6 +202,40 @@ impl Model<'_> {
         Ok(Cut { mass: self.value("mass")?, scale: self.value(scale)?, outer: self.value(outer)? })
     }
 
+    fn hydrostatic(&self, input: &HydrostaticInput, beside: &Beside, constants: &Constants) -> Result<Table> {
+        if !input.self_gravity && beside.is_empty() {
+            let problem = "has nothing that holds it: add a body with a `point_mass` or a halo at the same place, or `gravity_of`, or its self_gravity";
+            return Err(Error::scene("input.profile.hydrostatic", problem));
+        }
+        let (mass, outer) = (self.value("mass")?, self.value("outer_radius")?);
+        let key = |name: &str| key(self.profile.name(), name);
+        let formula =
+            |term| Formula::new((key("sound_speed"), term), UnitDimension::VELOCITY, (constants, &self.conversion));
+        let speed = input.sound_speed.as_ref().map(formula).transpose()?;
+        if let Some(speed) = &speed {
+            speed.check([0.0, outer])?;
+        }
+        let at = |r: f64| speed.as_ref().map_or(0.0, |speed| speed.at(r));
+        let (heat, central) = match input.n {
+            None => (Heat::Speeds(&at), None),
+            Some(n) => (Heat::Polytrope(n), speed.as_ref().map(|speed| speed.at(0.0))),
+        };
+        if central.is_some_and(|speed| !speed.is_finite()) {
+            return Err(Error::scene(
+                key("sound_speed"),
+                "with `n` is that in the center, where it is infinite; expected a number",
+            ));
+        }
+        let well = Well::new(beside, outer);
+        let gas = Gas { gravity: self.gravity, well: &well, feels_itself: input.self_gravity, outer, heat };
+        let mut table = gas.table(mass, central).map_err(|refusal| {
+            let (name, problem) = refusal.explain(input, mass);
+            Error::scene(key(name), problem)
+        })?;
+        table.notes.extend(edge_note(&table, outer, self.conversion.factor(UnitDimension::LENGTH)));
+        Ok(table)
+    }
+
     fn table(&self) -> Result<Table> {
         let (profile, d, gravity) = (self.profile, self.d, self.gravity);
         let is_of_any_dimension = matches!(
@@ -170,7 +254,7 @@ impl Model<'_> {
         }
         let mass = self.value("mass")?;
         match *profile {
-            ProfileInput::Planet(_) | ProfileInput::Disc(_) => {
+            ProfileInput::Planet(_) | ProfileInput::Disc(_) | ProfileInput::Hydrostatic(_) => {
                 Err(Error::scene("input.profile", "is no table of radii"))
             }
             ProfileInput::Polytrope { n, .. } => spheres::polytrope(d, n, mass, self.value("radius")?, gravity),
@@ -200,6 +284,9 @@ impl Model<'_> {
             ProfileInput::King { .. } => {
                 let cut = self.cut("core_radius", "tidal_radius")?;
                 Ok(spheres::cored(cut, gravity, &spheres::king(cut.outer / cut.scale)))
+            }
+            ProfileInput::KingCluster { w0, .. } => {
+                spheres::king_cluster(w0, mass, self.value("tidal_radius")?, gravity)
             }
             ProfileInput::BetaModel { beta, .. } => {
                 let cut = self.cut("core_radius", "outer_radius")?;

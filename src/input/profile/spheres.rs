@@ -143,6 +143,39 @@ pub(super) fn king(tidal: f64) -> impl Fn(f64) -> f64 {
     }
 }
 
+/// King (1966, AJ 71, 64): rho ~ sum_(k >= 2) W^(k + 1/2)/Gamma(k + 3/2), which is e^W erf(sqrt W) less its first two terms, and P the sum from
+/// k = 3 on, both without cancellation where W is small.
+pub(super) fn king_cluster(w0: f64, mass: f64, radius: f64, gravity: f64) -> Result<Table> {
+    let refused = || {
+        let problem = format!("is {w0}, expected a number above 0 and up to {DEEPEST}; clusters have 3 to 12");
+        Error::scene(key("king-1966", "w0"), problem)
+    };
+    if !(w0 > 0.0 && w0 <= DEEPEST) {
+        return Err(refused());
+    }
+    let center = lowered(w0, 2);
+    let source = |w: f64| lowered(w.max(0.0), 2) / center;
+    let points = Emden { dimension: 3, source: &source, center: w0, end: End::Surface(0.0) }.solve();
+    let points = points.ok_or_else(refused)?;
+    Ok(scaled(3, &points, mass, radius, gravity, &|p: &Point| (source(p.phi), lowered(p.phi.max(0.0), 3) / center)))
+}
+
+/// W_0 of deeper clusters is that of an isothermal sphere over many decades.
+const DEEPEST: f64 = 20.0;
+
+/// sum_(k >= first) W^(k + 1/2)/Gamma(k + 3/2).
+fn lowered(w: f64, first: u32) -> f64 {
+    // Gamma(1/2) is sqrt(pi).
+    let mut term = (0..=first).fold(1.0 / (PI * w).sqrt(), |term, k| term * w / (f64::from(k) + 0.5));
+    let (mut sum, mut k) = (0.0, first);
+    while term > f64::EPSILON * sum {
+        sum += term;
+        k += 1;
+        term *= w / (f64::from(k) + 0.5);
+    }
+    sum
+}
+
 /// s^2 below which the series is summed, and terms that it takes to all digits there.
 const SMALL: f64 = 0.01;
 const TERMS: i32 = 8;
@@ -243,6 +276,26 @@ mod tests {
         let z = 1.0 / 26_f64.sqrt();
         let expected = (z.acos() / z - (1.0 - z * z).sqrt()) / (z * z) / (1.0 - z * z).powf(1.5);
         near(king(5.0)(0.0), expected, 1e-13, "King's equation 27");
+    }
+
+    /// log10(r_t/r_0) of King's (1966) models, with r_0^2 = 9 sigma^2/(4 pi G rho_0) (King 1966, table II; Binney & Tremaine, figure 4.9).
+    #[test]
+    fn kings_clusters_have_their_concentrations() {
+        for (w0, concentration) in [(1.0, 0.296), (3.0, 0.672), (6.0, 1.255), (9.0, 2.120), (12.0, 2.739)] {
+            let table = king_cluster(w0, 2.0, 3.0, 5.0).unwrap();
+            // rho_0 = (9 sigma^2)/(4 pi G r_0^2), and the central pressure is sigma^2 times the third sum over the second times rho_0.
+            let square = table.pressure.as_ref().unwrap()[0] / table.density[0] * lowered(w0, 2) / lowered(w0, 3);
+            let core = (9.0 * square / (4.0 * PI * 5.0 * table.density[0])).sqrt();
+            assert!(((3.0 / core).log10() - concentration).abs() < 2e-3, "W_0 = {w0}: {}", (3.0 / core).log10());
+            let found = RadialProfile::from_nodes(3, &table.radii, &table.density).total_mass().value;
+            near(found, 2.0, 1e-5, "mass");
+        }
+        // e^W erf(sqrt W) - sqrt(4 W/pi) (1 + 2 W/3) with erf(1) = 0.842 700 792 949 715.
+        let expected = 1f64.exp() * 0.842_700_792_949_715 - (4.0 / PI).sqrt() * (5.0 / 3.0);
+        near(lowered(1.0, 2), expected, 1e-13, "rho of W = 1");
+        for w0 in [0.0, -1.0, 21.0, f64::NAN] {
+            assert!(king_cluster(w0, 1.0, 1.0, 1.0).is_err());
+        }
     }
 
     /// P = G M^2 / (8 pi a^4) (1 + x^2)^-3 less its value at the edge, with M that of the whole.
