@@ -43,6 +43,11 @@ impl<const D: usize> Aabb<D> {
         (0..D).map(|k| (self.hi[k] - self.lo[k]).powi(2)).sum::<f64>().sqrt()
     }
 
+    /// The largest coordinate, or the diagonal where that is larger.
+    pub(crate) fn reach(&self) -> f64 {
+        self.lo.iter().chain(&self.hi).fold(self.diagonal(), |most, v| most.max(v.abs()))
+    }
+
     /// The axis along which it is longest.
     pub(crate) fn longest(&self) -> usize {
         let edge = |k: usize| self.hi[k] - self.lo[k];
@@ -183,25 +188,28 @@ impl<const D: usize> Bvh<D> {
         None
     }
 
-    /// The item for which `distance_squared` is smallest, given that no item is nearer than its box.
-    pub(crate) fn nearest(&self, x: &[f64; D], distance_squared: impl FnMut(u32) -> f64) -> Option<u32> {
-        self.nearest_below(x, f64::INFINITY, distance_squared)
-    }
-
-    /// The same where it is smaller than `limit`.
+    /// The item for which `distance_squared` is smallest, given that no item is nearer than its box; none where that is not below `limit`.
     pub(crate) fn nearest_below(
         &self,
         x: &[f64; D],
         limit: f64,
+        distance_squared: impl FnMut(u32) -> f64,
+    ) -> Option<u32> {
+        self.nearest_by(|_, bounds, _| bounds.distance_squared(x), limit, distance_squared)
+    }
+
+    /// The same with what bounds the items of a node from below, by its number, its box and the smallest that is known.
+    pub(crate) fn nearest_by(
+        &self,
+        bound: impl Fn(usize, &Aabb<D>, f64) -> f64,
+        limit: f64,
         mut distance_squared: impl FnMut(u32) -> f64,
     ) -> Option<u32> {
         let mut best = (limit, None);
-        if self.nodes.is_empty() {
-            return None;
-        }
-        let mut stack = vec![(0_u32, self.nodes[0].bounds.distance_squared(x))];
-        while let Some((at, bound)) = stack.pop() {
-            if bound >= best.0 {
+        let root = self.nodes.first()?;
+        let mut stack = vec![(0_u32, bound(0, &root.bounds, limit))];
+        while let Some((at, least)) = stack.pop() {
+            if least >= best.0 {
                 continue;
             }
             let node = &self.nodes[at as usize];
@@ -213,13 +221,19 @@ impl<const D: usize> Bvh<D> {
                     }
                 }
             } else {
-                let children = [at + 1, node.first].map(|c| (c, self.nodes[c as usize].bounds.distance_squared(x)));
+                let children =
+                    [at + 1, node.first].map(|c| (c, bound(c as usize, &self.nodes[c as usize].bounds, best.0)));
                 let [near, far] = if children[0].1 <= children[1].1 { children } else { [children[1], children[0]] };
                 stack.push(far);
                 stack.push(near);
             }
         }
         best.1
+    }
+
+    /// The box around all items.
+    pub(crate) fn bounds(&self) -> Option<&Aabb<D>> {
+        self.nodes.first().map(|node| &node.bounds)
     }
 }
 
@@ -252,7 +266,7 @@ mod tests {
             let expected: Vec<u32> = (0..300).filter(|&i| boxes[i as usize].contains(&x)).collect();
             assert_eq!(found, expected);
             let d = |i: u32| boxes[i as usize].distance_squared(&x);
-            let nearest = tree.nearest(&x, d).unwrap();
+            let nearest = tree.nearest_below(&x, f64::INFINITY, d).unwrap();
             assert_eq!(d(nearest), (0..300).map(d).fold(f64::INFINITY, f64::min));
         }
     }
@@ -263,6 +277,6 @@ mod tests {
         let tree = Bvh::new((0..1000).collect(), &|_| b);
         assert!(tree.find(&[0.5], Some).is_some());
         let empty = Bvh::<1>::new(vec![], &|_| b);
-        assert!(empty.nearest(&[0.0], |_| 0.0).is_none());
+        assert!(empty.nearest_below(&[0.0], f64::INFINITY, |_| 0.0).is_none());
     }
 }

@@ -36,6 +36,7 @@ mod cubature;
 mod curve;
 mod curvilinear;
 mod expression;
+mod facets;
 mod fitted;
 mod free_space;
 mod geographic;

@@ -2,7 +2,7 @@
 
 use super::winding::Facet;
 use crate::field::bvh::{Aabb, Bvh};
-use crate::field::skin::{closest_on_segment, normal};
+use crate::field::facets::{closest_on_segment, normal};
 use nalgebra::SVector;
 use std::collections::HashMap;
 

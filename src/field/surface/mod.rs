@@ -9,10 +9,10 @@ mod repair;
 mod winding;
 
 use super::MassEstimate;
-use super::bvh::{Aabb, Bvh};
+use super::bvh::Aabb;
 use super::chords::chord_integral;
+use super::facets::{FacetTree, closest_on_facet, normal};
 use super::quadrature::radical_inverse;
-use super::skin::{closest_on_facet, normal};
 use edges::Edges;
 use octants::Octants;
 use rayon::prelude::*;
@@ -27,9 +27,9 @@ pub struct Surface<const D: usize> {
     facets: Vec<Facet<D>>,
     /// How many of them are the surface; the rest closes cracks.
     own: usize,
-    tree: Bvh<D>,
+    tree: FacetTree<D>,
     /// What of the facets has the outside on one side, where the rest is within the body.
-    skin: Option<(Vec<Facet<D>>, Bvh<D>)>,
+    skin: Option<(Vec<Facet<D>>, FacetTree<D>)>,
     winding: Winding<D>,
     octants: Option<Octants<D>>,
     /// Of a closed surface that passes through itself nowhere.
@@ -95,8 +95,8 @@ impl<const D: usize> Surface<D> {
             return Err("none of its facets has an area".into());
         }
         facets.extend(seams);
-        let tree = Bvh::new((0..facets.len() as u32).collect(), &|i| Aabb::around(&facets[i as usize]));
-        let winding = Winding::new(&tree, &facets);
+        let tree = FacetTree::new(facets.len(), |i| &facets[i as usize]);
+        let winding = Winding::new(&tree.tree, &facets);
         let bounds = Aabb::around(facets[..own].iter().flatten());
         if let Some(k) = (0..D).find(|&k| !(bounds.hi[k] > bounds.lo[k])) {
             return Err(format!("it is flat: all of it lies at {} = {:e}", ["x", "y", "z"][k], bounds.lo[k]));
@@ -137,10 +137,10 @@ impl<const D: usize> Surface<D> {
     }
 
     /// The facets of a closed surface, as far as they are not within the body: only these end it.
-    fn outer_facets(&self) -> (Vec<Facet<D>>, Bvh<D>) {
+    fn outer_facets(&self) -> (Vec<Facet<D>>, FacetTree<D>) {
         let outer: Vec<Facet<D>> =
             self.facets[..self.own].par_iter().flat_map_iter(|facet| self.outside_of(facet)).collect();
-        let tree = Bvh::new((0..outer.len() as u32).collect(), &|i| Aabb::around(&outer[i as usize]));
+        let tree = FacetTree::new(outer.len(), |i| &outer[i as usize]);
         (outer, tree)
     }
 
@@ -188,7 +188,7 @@ impl<const D: usize> Surface<D> {
     }
 
     fn winds(&self, x: &[f64; D]) -> bool {
-        self.winding.value(&self.tree, &self.facets, x) > 0.5
+        self.winding.value(&self.tree.tree, &self.facets, x) > 0.5
     }
 
     /// The winding number of a closed surface: how often a ray from `x` leaves it, less how often it enters. A tenth of the
@@ -199,7 +199,7 @@ impl<const D: usize> Surface<D> {
         let reaches =
             |b: &Aabb<D>| (0..D).all(|k| if k == axis { x[k] <= b.hi[k] } else { x[k] >= b.lo[k] && x[k] <= b.hi[k] });
         let mut times = 0;
-        self.tree.walk(
+        self.tree.tree.walk(
             |_, bounds| reaches(bounds),
             |i| {
                 if let Some((_, step)) = crossing(&self.facets[i as usize], axis, x).filter(|c| c.0 > x[axis]) {
@@ -216,7 +216,7 @@ impl<const D: usize> Surface<D> {
         let Aabb { lo, hi } = self.bounds.grown(margin);
         let of = |i: usize| {
             let place = |k: usize| lo[k] + (hi[k] - lo[k]) * radical_inverse(i + 1, [2, 3, 5][k]);
-            self.winding.value(&self.tree, &self.facets, &sph::array(place))
+            self.winding.value(&self.tree.tree, &self.facets, &sph::array(place))
         };
         let values: Vec<f64> = (0..PROBES).into_par_iter().map(of).collect();
         let inside = values.iter().filter(|w| **w > 0.5).count();
@@ -266,7 +266,7 @@ impl<const D: usize> Surface<D> {
         let across = |k: &usize| *k != axis;
         let mut found = Vec::new();
         let reaches = |b: &Aabb<D>| (0..D).filter(across).all(|k| x[k] >= b.lo[k] && x[k] <= b.hi[k]);
-        self.tree.walk(
+        self.tree.tree.walk(
             |_, bounds| reaches(bounds),
             |i| {
                 found.extend(crossing(&self.facets[i as usize], axis, x));
