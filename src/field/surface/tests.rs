@@ -92,6 +92,38 @@ fn the_inside_agrees_with_the_shape_at_all_places() {
     }
 }
 
+/// A tank with a step, whose faces lie in the planes of the places that are asked for.
+#[test]
+fn places_in_the_planes_of_faces_are_where_they_are() {
+    let quad = |a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]| [[a, b, c], [a, c, d]];
+    // The outline in x and z, counterclockwise seen from -y.
+    let outline = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]];
+    let at = |i: usize, y: f64| [outline[i % 6][0], y, outline[i % 6][1]];
+    let mut facets: Triangles =
+        (0..6).flat_map(|i| quad(at(i, 0.0), at(i, 1.0), at(i + 1, 1.0), at(i + 1, 0.0))).collect();
+    for (y, is_front) in [(0.0, true), (1.0, false)] {
+        for corners in [[0, 1, 2, 3], [0, 3, 4, 5]] {
+            let [a, b, c, d] = corners.map(|i| at(i, y));
+            facets.extend(if is_front { quad(a, b, c, d) } else { quad(a, d, c, b) });
+        }
+    }
+    let (tank, notes) = surface(&facets);
+    assert!(off(tank.volume(), 0.75) < 1e-12, "{} {notes:?}", tank.volume());
+    for (i, j, k) in (0..32_usize.pow(3)).map(|n| (n % 32, n / 32 % 32, n / 1024)) {
+        let x = [i, j, k].map(|n| (n as f64 + 0.5) / 16.0 - 0.5);
+        let y = [i, j, k].map(|n| n as f64 / 16.0 - 0.5);
+        for p in [x, [y[0], x[1], x[2]], [x[0], x[1], y[2]], [y[0], x[1], y[2]]] {
+            let on_a_face = p[0] == 0.0 || p[2] == 0.0 || p[0] == 1.0 || p[2] == 1.0;
+            let on_the_step = p[0] == 0.5 && p[2] >= 0.5 || p[2] == 0.5 && p[0] >= 0.5;
+            if on_a_face || on_the_step {
+                continue;
+            }
+            let is_within = p.iter().all(|c| (0.0..1.0).contains(c)) && (p[0] < 0.5 || p[2] < 0.5);
+            assert_eq!(tank.contains(&p), is_within, "{p:?}");
+        }
+    }
+}
+
 #[test]
 fn turned_facets_and_inverted_bodies_are_put_right() {
     let plain = sphere(24, 1.0, [0.0; 3]);
