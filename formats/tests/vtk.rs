@@ -1,6 +1,6 @@
 //! VTK files: what is written reads back, small files of each syntax mean what they say, damage is survived.
 
-use crate::support::replace;
+use crate::support::{particles_of, read_back, replace};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, Geometry, Location, ParticleFile, ParticleTable, RawField, RunHeader,
@@ -59,6 +59,28 @@ fn written_particles_read_back_as_a_cloud() {
             assert!((0..n).all(|i| density.get(i) == 1.0 + i as f64), "{extension}");
             assert_eq!(field.variable("Velocities").unwrap().components, 3);
         }
+    }
+}
+
+/// VTK asks for three components, of which a vector in a plane has two: in files of one piece and of several.
+#[test]
+fn vectors_in_a_plane_come_back_with_two_components() {
+    let folder = tempfile::tempdir().unwrap();
+    let spec = FORMATS.iter().find(|f| f.name == "vtk").unwrap();
+    let mut p = particles_of(spec, 7, 2);
+    let normals = Values::F64((0..14).map(f64::from).collect());
+    p.species[0].table.columns.push(Column {
+        name: "Normals".into(),
+        components: 2,
+        values: normals,
+        dimension: UnitDimension::NONE,
+    });
+    for extension in ["vtu", "vtp"] {
+        let path = folder.path().join(format!("p.{extension}"));
+        crate::support::write(spec, &path, &p, true).unwrap();
+        let back = read_back(&path).unwrap();
+        let found = back.species[0].table.column("Normals").unwrap();
+        assert_eq!((found.components, &found.values), (2, &p.species[0].table.columns.last().unwrap().values));
     }
 }
 

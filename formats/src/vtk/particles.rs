@@ -17,6 +17,8 @@ use std::path::Path;
 const OPEN: &str = "<!-- sph-prep ";
 /// Before the name of an array, whose unit it is.
 const UNIT: &str = "unit ";
+/// Before the name of a vector, which has so many of the three components that VTK asks for.
+const COMPONENTS: &str = "components ";
 const CLOSE: &str = " -->";
 /// Comments are looked for in this many bytes.
 const HEAD: usize = 1 << 20;
@@ -30,7 +32,13 @@ pub(super) fn comments(header: &RunHeader, columns: &[Column]) -> impl Iterator<
         (!symbol.is_empty()).then(|| (format!("{UNIT}{}", c.name), symbol))
     };
     let units: Vec<_> = columns.iter().filter_map(unit).collect();
-    texts(header).into_iter().chain(units).map(|(key, value)| {
+    let is_padded = |c: &&Column| c.components == 2 && c.name != names::COORDINATES;
+    let padded: Vec<_> = columns
+        .iter()
+        .filter(is_padded)
+        .map(|c| (format!("{COMPONENTS}{}", c.name), c.components.to_string()))
+        .collect();
+    texts(header).into_iter().chain(units).chain(padded).map(|(key, value)| {
         let value = escaped(&value);
         // Two hyphens would end the comment for a strict reader.
         let value = if value.contains("--") || value.ends_with('-') { value.replace('-', "\\-") } else { value };
@@ -66,12 +74,28 @@ pub(super) fn particles(path: &Path, dataset: Dataset, bytes: &[u8]) -> Result<P
     let values = Values::F64(points.into_iter().flatten().collect());
     let mut named = vec![Named { name: names::COORDINATES.into(), components: 3, values, unit: None }];
     let columns = point_data.into_iter().filter(|a| names::standard(&a.name) != Some(names::COORDINATES));
-    let unit = |name: &str| found.iter().find(|(key, _)| key.strip_prefix(UNIT) == Some(name)).map(|(_, v)| v.as_str());
+    let stated = |prefix: &str, name: &str| {
+        found.iter().find(|(key, _)| key.strip_prefix(prefix) == Some(name)).map(|(_, v)| v.as_str())
+    };
     named.extend(columns.map(|a| {
-        let unit = unit(&a.name).and_then(Unit::parse);
-        Named { name: a.name, components: a.components, values: a.values, unit }
+        let unit = stated(UNIT, &a.name).and_then(Unit::parse);
+        let is_padded = a.components == 3 && stated(COMPONENTS, &a.name) == Some("2");
+        let (components, values) = if is_padded { (2, first_two(&a.values)) } else { (a.components, a.values) };
+        Named { name: a.name, components, values, unit }
     }));
     assemble::particles(count, named, facts).map_err(|(at, problem)| FormatError::input(path, NAME, at, problem))
+}
+
+/// The first two of each three.
+fn first_two(values: &Values) -> Values {
+    fn of<T: Copy>(values: &[T]) -> Vec<T> {
+        values.chunks(3).flat_map(|row| &row[..2.min(row.len())]).copied().collect()
+    }
+    match values {
+        Values::F32(v) => Values::F32(of(v)),
+        Values::F64(v) => Values::F64(of(v)),
+        Values::I64(v) => Values::I64(of(v)),
+    }
 }
 
 fn used_axes(points: &[[f64; 3]], arrays: &[DataArray]) -> usize {
