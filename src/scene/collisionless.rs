@@ -51,6 +51,7 @@ pub struct AttractorInput {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub softening_radius: Option<Quantity>,
     /// What holds it in turn, where its density follows from that (`hydrostatic`).
+    #[schemars(example = serde_json::json!([{"point_mass": "1 Msun", "softening_radius": "0.1 Rsun"}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gravity_of: Vec<AttractorInput>,
 }
