@@ -65,7 +65,7 @@ pub(crate) fn hydrostatic(
         profile: &profile,
         d: scene.input.dimension.unwrap_or(3),
         gravity: gravity(scene, numbers.has_units),
-        conversion: numbers.conversion.clone(),
+        conversion: numbers.conversion,
     };
     let mut table = model.hydrostatic(input, beside, &Constants::new(scene, numbers.conversion.from))?;
     table.hold(3, model.value("mass")?);
