@@ -175,3 +175,20 @@ fn gas_of_a_temperature_is_held_by_the_halo_at_its_place() {
     let expected = (24.2_f64 / 9.0 * (1.0 / 1.5 - 1.0 / 3.0)).exp();
     assert!((0.9..1.2).contains(&(fall / expected)), "{fall}, in the halo alone {expected}");
 }
+
+/// What there is to know of where a gas ends is said: who cuts it has to hold it.
+#[test]
+fn gas_that_is_cut_says_what_has_to_hold_it() {
+    let halo = "gravity_of: [{input: {profile: {hernquist: {mass: 20, scale_radius: 1, outer_radius: 10}}}}]";
+    let notes = |profile: &str, beside: &str| {
+        let text = format!(
+            "input: {{profile: {{hydrostatic: {{{profile}}}}}, atmosphere: keep}}\n{beside}\nparticles: 200\nwvt: {{iterations: 2}}\npolish: none\n"
+        );
+        placed(&text).1.notes.join("\n")
+    };
+    assert!(notes("mass: 1, outer_radius: 1, sound_speed: 1", "").contains("what is about it has to hold that"));
+    assert!(
+        notes("mass: 1e-4, outer_radius: 9, n: 1.5, sound_speed: 0.5", halo).contains("ends within its outer radius")
+    );
+    assert!(!notes("mass: 1, outer_radius: 1, n: 1.5", "").contains("outer radius"));
+}

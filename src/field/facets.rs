@@ -83,10 +83,11 @@ struct Plate<const D: usize> {
 }
 
 impl<const D: usize> Plate<D> {
-    /// Parts of a vector along the normal and across it.
+    /// Lengths of the parts of a vector along the normal and across it. Their squares add up to its own, but that difference has lost half of
+    /// its digits where one of them is small, and a bound must not.
     fn parts(normal: &SVector<f64, D>, v: &SVector<f64, D>) -> (f64, f64) {
-        let along = normal.dot(v).abs();
-        (along, (v.dot(v) - along * along).max(0.0).sqrt())
+        let along = normal.dot(v);
+        (along.abs(), (v - normal * along).norm())
     }
 
     fn around(facets: &[&Corners<D>]) -> (Self, SVector<f64, D>) {

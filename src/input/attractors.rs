@@ -11,7 +11,7 @@ use crate::input::weight::Beside;
 use crate::input::{factor, ingest};
 use crate::scene::Scene;
 use sph::point_mass::{PointMass, Softening};
-use sph_formats::{FileContent, FormatSpec, ParticleFile, UnitDimension, UnitSystem};
+use sph_formats::{FileContent, FormatSpec, ParticleFile, RawField, UnitDimension, UnitSystem};
 
 /// Quadrature of a mass aims at this relative error.
 const MASS_TOLERANCE: f64 = 1e-10;
@@ -84,12 +84,11 @@ pub(crate) fn hydrostatic(
     scene: &Scene,
     formats: &[FormatSpec],
     (numbers, units): (&Numbers, &RunUnits),
-) -> Result<ingest::RawInput> {
+) -> Result<RawField> {
     let gas = scene.input.hydrostatic().ok_or_else(|| Error::scene("input.profile", "is no gas that others hold"))?;
-    let (beside, notes) = beside(scene, formats, units)?;
-    let mut field = profile::hydrostatic(scene, gas, (numbers, &beside))?;
-    field.notes.extend(notes);
-    Ok(ingest::RawInput::File(Box::new(field)))
+    // What is left out is said where the rest is added to what attracts particles.
+    let (beside, _) = beside(scene, formats, units)?;
+    profile::hydrostatic(scene, gas, (numbers, &beside))
 }
 
 /// The body of a scene of its own.
@@ -108,7 +107,9 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Att
     }
     let own = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
     let raw = match raw {
-        ingest::RawInput::Hydrostatic(numbers) => hydrostatic(scene, formats, (&numbers, &own))?,
+        ingest::RawInput::Hydrostatic(numbers) => {
+            ingest::RawInput::File(Box::new(hydrostatic(scene, formats, (&numbers, &own))?))
+        }
         raw => raw,
     };
     let dimension = ingest::dimension(scene, &raw)?;

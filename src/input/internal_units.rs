@@ -92,8 +92,12 @@ impl<const D: usize> Prepared<D> {
         let ingested = match raw {
             RawInput::Disc(numbers) => disc::source::<D>(scene, formats, (&numbers, units))?,
             RawInput::Hydrostatic(numbers) => {
-                let raw = attractors::hydrostatic(scene, formats, (&numbers, units))?;
-                ingest::source::<D>(scene, formats, raw, units)?
+                let mut field = attractors::hydrostatic(scene, formats, (&numbers, units))?;
+                let notes = std::mem::take(&mut field.notes);
+                let mut ingested = ingest::source::<D>(scene, formats, RawInput::File(Box::new(field)), units)?;
+                // Those of what was read are said by who read it.
+                ingested.source.notes.extend(notes);
+                ingested
             }
             raw => ingest::source::<D>(scene, formats, raw, units)?,
         };

@@ -108,7 +108,7 @@ fn raw(name: &str, table: Table, has_units: bool) -> Result<RawField> {
 }
 
 /// What to know of where a gas ends.
-fn edge_note(table: &Table, outer: f64, length: f64) -> Option<String> {
+fn edge_note(table: &Table, outer: f64) -> Option<String> {
     let pressure = table.pressure.as_ref()?;
     let (end, edge) = (table.radii.last()?, pressure.last()? / pressure.first()?);
     if edge > LITTLE_PRESSURE {
@@ -117,8 +117,8 @@ fn edge_note(table: &Table, outer: f64, length: f64) -> Option<String> {
             100.0 * edge
         ));
     }
-    (end / outer < 1.0 - ROUNDING)
-        .then(|| format!("the gas ends within its outer radius, at {:.4e} in the scene's units", end / length))
+    let share = end / outer;
+    (share < 1.0 - ROUNDING).then(|| format!("the gas ends within its outer radius, at {share:.6} of it"))
 }
 
 /// Part of the pressure in the center that at an edge is none.
@@ -232,7 +232,7 @@ impl Model<'_> {
             let (name, problem) = refusal.explain(input, mass);
             Error::scene(key(name), problem)
         })?;
-        table.notes.extend(edge_note(&table, outer, self.conversion.factor(UnitDimension::LENGTH)));
+        table.notes.extend(edge_note(&table, outer));
         Ok(table)
     }
 
