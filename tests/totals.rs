@@ -6,6 +6,7 @@ use crate::resample::{EDGE, SIDE, density, lattice, noise, resampled, totals, wr
 use sph_formats::{FORMATS, ParticleFile, Values};
 use sph_prep::relaxation::Control;
 use sph_prep::run::pipeline;
+use sph_prep::run::report::Report;
 use sph_prep::scene::Scene;
 
 /// Eight times and an eighth of a rotating, moving ball, whose density and velocities are noisy.
@@ -42,8 +43,28 @@ fn mass_momentum_spin_and_energy_are_kept_at_any_resolution() {
     }
 }
 
-/// A body that turns about the middle of its box keeps its angular momentum where the scene says that the box is not periodic, and it is told
-/// where nothing says so.
+fn lie_alike(a: &ParticleFile, b: &ParticleFile) -> bool {
+    let x = |file: &ParticleFile| file.species[0].table.columns[0].values.to_f64();
+    x(a) == x(b)
+}
+
+/// Of a box that is fifty times as wide as what is in it no cell that is looked at need have anything.
+#[test]
+fn a_body_in_a_wide_periodic_box_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    file.header.box_size = [50.0 * EDGE; 3];
+    let mut scene =
+        Scene::parse("particles: 300\nwvt: {iterations: 0}\npolish: none\ndomain: {boundary: periodic}\n").unwrap();
+    scene.input.file = Some(written(folder.path(), "body.hdf5", &file));
+    let (after, _) = pipeline::place(&scene, FORMATS, &Control::default()).unwrap();
+    assert_eq!(after.header.box_size, [50.0 * EDGE; 3]);
+    let x = after.species[0].table.columns[0].values.to_f64();
+    assert!(x.iter().all(|x| (0.0..EDGE + 0.1).contains(x) || *x > 50.0 * EDGE - 0.1), "beside the body");
+}
+
+/// A body that turns about the middle of its box keeps its angular momentum where the box is not periodic: where the scene says so, and where it says
+/// nothing and the body is alone.
 #[test]
 fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
     let folder = tempfile::tempdir().unwrap();
@@ -69,11 +90,20 @@ fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
     assert!(kept(&after) < 1e-12, "{:?} {before:?}", totals(&after));
     assert!(report.warnings.iter().all(|w| !w.contains("periodic")), "{:?}", report.warnings);
     assert!(report.notes.iter().any(|n| n.contains("angular momentum")), "{:?}", report.notes);
-    let (_, report) = run(&file, "");
-    let alone = report.warnings.iter().filter(|w| w.contains("`--boundary open` keeps its angular momentum")).count();
-    assert_eq!(alone, 1, "{:?}", report.warnings);
+    // So it counts where nothing is said, and no particle of any kind is near the faces.
+    let is_told = |report: &Report| report.notes.iter().any(|n| n.contains("counts as open"));
+    let (open, report) = run(&file, "");
+    assert!(is_told(&report) && lie_alike(&open, &after), "{:?}", report.notes);
+    let mut beside = file.clone();
+    let mut dark = beside.species[0].clone();
+    dark.part_type = 1;
+    let Values::F64(x) = &mut dark.table.columns[0].values else { panic!() };
+    x.iter_mut().for_each(|x| *x *= 3.0);
+    beside.species.push(dark);
+    let (_, report) = run(&beside, "");
+    assert!(!is_told(&report), "{:?}", report.notes);
     let (_, report) = run(&file, "domain: {boundary: periodic}\n");
-    assert!(report.warnings.iter().all(|w| !w.contains("--boundary")), "{:?}", report.warnings);
+    assert!(!is_told(&report), "{:?}", report.notes);
     // Places beyond a periodic box are not wrapped into it without a word.
     file.header.box_size = [0.75 * EDGE; 3];
     let mut scene = Scene::parse("particles: 400\nwvt: {iterations: 0}\npolish: none\n").unwrap();
@@ -81,6 +111,6 @@ fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
     sph_formats::write(FORMATS, &path, Some("gadget"), &file, sph_formats::WriteOptions::default()).unwrap();
     scene.input.file = Some(path);
     let (_, report) = pipeline::place(&scene, FORMATS, &Control::default()).unwrap();
-    let half = format!("{} of {} particles lie beyond", SIDE.pow(3) - 12_usize.pow(3), SIDE.pow(3));
-    assert!(report.warnings.iter().any(|w| w.contains(&half)), "{:?}", report.warnings);
+    let beyond = format!("{} of {} particles lie beyond", SIDE.pow(3) - 12_usize.pow(3), SIDE.pow(3));
+    assert!(report.warnings.iter().any(|w| w.contains(&beyond)), "{:?}", report.warnings);
 }

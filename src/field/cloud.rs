@@ -177,6 +177,11 @@ impl<const D: usize> Cloud<D> {
         images.fold(own, |a, b| if nearer(&b, &a).is_lt() { b } else { a })
     }
 
+    /// Whether there is no matter within `reach` of `x`.
+    pub(super) fn is_bare_within(&self, x: &[f64; D], reach: f64) -> bool {
+        self.near(x).1 > reach + self.farthest
+    }
+
     /// Whether no point or image reaches `x` from the bounds of all points.
     pub(super) fn is_far_from(&self, x: &[f64; D]) -> bool {
         let x = self.domain.wrapped(x);

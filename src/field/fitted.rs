@@ -11,13 +11,13 @@
 
 use super::categorical::{MAX_KINDS, kinds};
 use super::cloud::{nearer, weigh};
-use super::listed::Listed;
+use super::listed::{ALIKE, Listed};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
 use super::outer_layer::{self, Balance, Portion};
 use super::outline::{Ends, Outline};
 use super::sampled::Outside;
 use super::series::{Place, Series, components};
-use super::{CarriedField, CarriedInfo, ScalarField};
+use super::{CarriedField, CarriedInfo, Enclosure, Patch, ScalarField};
 use crate::error::Result;
 use serde::Serialize;
 use sph::domain::Domain;
@@ -204,7 +204,8 @@ impl<const D: usize> Fitted<D> {
             (Some(ends), Outside::Reject) => ends.near(x, &self.particles)?,
             (None, Outside::Reject) => self.particles.held(x).filter(is_within)?,
         };
-        Some(self.listed(x, near.0, near.1).unwrap_or_else(|| self.particles.nearest(x, Self::MEANT)))
+        let all = |most: f64| self.particles.nearest_about(x, Self::MEANT, most);
+        Some(self.listed(x, near.0, near.1).unwrap_or_else(all))
     }
 
     /// Whether `x` is farther out than half a spacing beyond the particles about `near`, but for D - 1 that stand out. Within the particles there are
@@ -222,9 +223,11 @@ impl<const D: usize> Fitted<D> {
         length > 0.0 && list.iter().filter(|i| height(i) <= 0.5 * spacing).nth(D - 1).is_none()
     }
 
-    /// The particles of the mean from the list of `near`, which is so far from `x`: a search among all takes longer. `None` where the list does not reach
-    /// far enough to be sure.
-    fn listed(&self, x: &[f64; D], near: usize, distance: f64) -> Option<Vec<(usize, f64)>> {
+    /// The particles of the mean from the list of `near`, which is so far from `x`: a search among all takes longer.
+    ///
+    /// # Errors
+    /// How far they reach at most, where the list does not reach far enough to be sure.
+    fn listed(&self, x: &[f64; D], near: usize, distance: f64) -> std::result::Result<Vec<(usize, f64)>, f64> {
         let mut found: Vec<(usize, f64)> = Vec::with_capacity(Self::MEANT + 1);
         for &i in self.particles.list_of(near) {
             let next = (i as usize, self.particles.distance(i as usize, x));
@@ -240,8 +243,8 @@ impl<const D: usize> Fitted<D> {
             }
             found.insert(found.partition_point(|f| nearer(f, &next).is_lt()), next);
         }
-        let is_sure = found.last()?.1 + distance <= self.particles.reach(near);
-        is_sure.then_some(found)
+        let most = found.get(Self::MEANT - 1).map_or(f64::INFINITY, |last| last.1);
+        if most + distance <= self.particles.reach(near) { Ok(found) } else { Err(most) }
     }
 
     fn point(&self, i: usize) -> &[f64; D] {
@@ -476,6 +479,17 @@ impl<const D: usize> FittedField<D> {
 impl<const D: usize> ScalarField<D> for FittedField<D> {
     fn value(&self, x: &[f64; D]) -> f64 {
         self.fitted.weights(x, Outside::Reject).map_or(0.0, |found| self.component(0, &found, x).max(0.0))
+    }
+
+    fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
+        let middle = sph::array(|k| 0.5 * (patch.lo[k] + patch.hi[k]));
+        let reach = 0.5 * (0..D).map(|k| (patch.hi[k] - patch.lo[k]).powi(2)).sum::<f64>().sqrt();
+        if self.fitted.particles.is_bare_within(&middle, reach) {
+            return Some(Enclosure::new(0.0, 0.0, true));
+        }
+        let most = self.place.ranges[0].1;
+        // Matter ends between the particles.
+        Some(Enclosure::new(0.0, ALIKE * if self.place.is_log { most.exp() } else { most.max(0.0) }, false))
     }
 
     fn log_slope(&self, x: &[f64; D]) -> Option<[f64; D]> {

@@ -197,9 +197,10 @@ fn lists_find_the_nearest_particles() {
         for _ in 0..2000 {
             let x = random.point();
             let (near, distance) = fitted.particles.near(&x);
-            let Some(found) = fitted.listed(&x, near, distance) else { continue };
+            let Ok(found) = fitted.listed(&x, near, distance) else { continue };
             sure += 1;
-            let all: Vec<usize> = fitted.particles.nearest(&x, found.len()).iter().map(|f| f.0).collect();
+            let all: Vec<usize> =
+                fitted.particles.nearest_about(&x, found.len(), f64::INFINITY).iter().map(|f| f.0).collect();
             assert_eq!(found.iter().map(|f| f.0).collect::<Vec<usize>>(), all, "{x:?}");
         }
         // Beside periodic faces the list is that of a particle on the same side.

@@ -12,7 +12,7 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Points that are as near as each other, but for rounding.
-const ALIKE: f64 = 1.0 + 1e-12;
+pub(super) const ALIKE: f64 = 1.0 + 1e-12;
 /// Steps of a walk after which, and distance of its beginning over the reach of its list from which on, a tree is faster.
 const STEPS: usize = 4;
 const FAR: f64 = 1.5;
@@ -101,11 +101,6 @@ impl<const D: usize> Listed<D> {
         self.domain.displacement(&self.points[i], x).iter().map(|d| d * d).sum::<f64>().sqrt()
     }
 
-    /// The nearest `n` points or images of points, and their distances, ascending.
-    pub(super) fn nearest(&self, x: &[f64; D], n: usize) -> Vec<(usize, f64)> {
-        self.cloud.nearest(x, n)
-    }
-
     /// Those nearest to point `i`, itself first.
     pub(super) fn about(&self, i: usize, n: usize) -> Vec<(usize, f64)> {
         let (x, reach) = (&self.points[i], self.reach(i));
@@ -118,6 +113,16 @@ impl<const D: usize> Listed<D> {
         // As far as they reach where points are as dense as those of the list, and a little more.
         let guess = 1.1 * reach * (n as f64 / self.count as f64).powf(1.0 / D as f64);
         self.cloud.nearest_about(x, n, guess)
+    }
+
+    /// The nearest `n` points or images of points, and their distances, ascending; in less time where they are known to be no farther than `most`.
+    pub(super) fn nearest_about(&self, x: &[f64; D], n: usize, most: f64) -> Vec<(usize, f64)> {
+        if most.is_finite() { self.cloud.nearest_about(x, n, ALIKE * most) } else { self.cloud.nearest(x, n) }
+    }
+
+    /// Whether there is no matter within `reach` of `x`.
+    pub(super) fn is_bare_within(&self, x: &[f64; D], reach: f64) -> bool {
+        self.cloud.is_bare_within(x, reach)
     }
 
     /// The points or images of points no farther from `x` than `reach`, and their distances, in no order that means anything.
@@ -263,7 +268,7 @@ mod tests {
                 for i in 0..2000 {
                     let width = if i % 2 == 0 { 0.5 } else { 2.0 };
                     let x: [f64; 3] = sph::array(|_| width * (random.unit() - 0.5));
-                    let nearest = listed.nearest(&x, 1)[0];
+                    let nearest = listed.cloud.nearest(&x, 1)[0];
                     assert_eq!(listed.near(&x), nearest, "{x:?}");
                     let expected = Some(nearest).filter(|&n| listed.cloud.holds(&x, n));
                     assert_eq!(listed.held(&x), expected, "{x:?}");

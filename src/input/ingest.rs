@@ -7,7 +7,7 @@ use crate::field::{
 };
 use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
-use crate::input::particles::{LEFT_OUT, OfSnapshot, Snapshot};
+use crate::input::particles::{LEFT_OUT, OfSnapshot, Snapshot, is_alone};
 use crate::input::profile::Numbers;
 use crate::input::roles::{
     Assignment, adopt_units, apply, assign, divide_momenta, reduce_energies, restore_names, warn_of_missing,
@@ -102,11 +102,16 @@ pub(super) fn of_content(scene: &Scene, content: FileContent) -> Result<RawInput
         FileContent::Particles(mut particles) => {
             let note = units_of_snapshot(scene, &mut particles.header.units)?;
             let stated = boundary_of_snapshot(scene, &mut particles);
+            let is_kept = scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none();
+            let is_free = stated == [None; 3] && !scene.domain.has_extent() && is_alone(&particles);
+            if is_free && !is_kept {
+                particles.header.periodic = [false; 3];
+            }
             let mut snapshot = Snapshot::new(path(scene), &particles, density.as_deref())?;
             snapshot.stated = stated;
-            snapshot.field.notes.extend(note);
-            let file = (scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none())
-                .then_some(particles);
+            snapshot.is_alone = is_free;
+            snapshot.field.notes.extend(note.into_iter().chain((is_free && !is_kept).then(|| ALONE.to_owned())));
+            let file = is_kept.then_some(particles);
             if file.is_some() {
                 // All columns of those that stay, stay.
                 snapshot.field.notes.retain(|note| !note.ends_with(LEFT_OUT));
@@ -115,6 +120,10 @@ pub(super) fn of_content(scene: &Scene, content: FileContent) -> Result<RawInput
         }
     }
 }
+
+/// What is said where a snapshot's box does not count as periodic.
+const ALONE: &str = "the box of the file counts as open, since no particle is near its faces: the body is alone there, which many files do not say; \
+                     `--boundary periodic` keeps the box as it is";
 
 /// Takes what the scene says of the faces of a snapshot's own box for what the file says: open axes end with the particles. What it says of
 /// each axis.

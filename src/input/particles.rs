@@ -39,6 +39,8 @@ pub struct Snapshot {
     pub periodic: [bool; 3],
     /// What the scene says of the faces along each axis.
     pub(crate) stated: [Option<BoundaryName>; 3],
+    /// Whether the scene says nothing of them, and no particle is near those of a periodic box.
+    pub(crate) is_alone: bool,
     /// Whether the gas is cells of a moving mesh.
     pub is_mesh: bool,
     /// Of all gas, in the file's units.
@@ -59,8 +61,9 @@ pub struct Snapshot {
 
 /// Share of a box's edge by which places may be beyond it, by rounding in single precision.
 const BEYOND: f64 = 1e-6;
-/// Share of a box's edge that is empty about a body which is probably alone.
+/// What is empty of a box about a body which is probably alone: a share of the edge, and spacings of the gas.
 const ISOLATED: f64 = 0.1;
+const APART: f64 = 4.0;
 
 /// Columns that mean nothing at another place.
 const OF_PARTICLES: [&str; 4] = [
@@ -147,6 +150,7 @@ impl Snapshot {
             box_corner: header.box_corner.unwrap_or_default(),
             periodic: header.periodic,
             stated: [None; 3],
+            is_alone: false,
             is_mesh,
             time_unit: header.units.time,
             time: header.time,
@@ -204,15 +208,10 @@ impl Snapshot {
                 points.len()
             )];
         }
-        let is_isolated = |&k: &usize| {
-            let least = points.iter().map(|p| place(p, k)).fold(f64::INFINITY, f64::min);
-            let most = points.iter().map(|p| place(p, k)).fold(f64::NEG_INFINITY, f64::max);
-            self.stated[k].is_none() && least + 1.0 - most > ISOLATED
-        };
-        let is_body = axes.len() == *dimension && axes.iter().all(is_isolated);
         let text = "the box of the file counts as periodic, but no particle is near its faces: if the body is alone there, which many files do not say, \
-                    `--boundary open` keeps its angular momentum and finds its surface; if it is not, `--boundary periodic` says so";
-        Vec::from_iter(is_body.then(|| text.to_owned()))
+                    `--boundary open` keeps its angular momentum; if it is not, `--boundary periodic` says so";
+        let is_periodic = !axes.is_empty();
+        Vec::from_iter((self.is_alone && is_periodic).then(|| text.to_owned()))
     }
 
     fn is_periodic(&self, axis: usize) -> bool {
@@ -374,6 +373,30 @@ fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
     let x = table.column(particle_names::COORDINATES)?;
     let component = |i: usize, k: usize| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 };
     Some((0..table.count).map(|i| sph::array(|k| component(i, k))).collect())
+}
+
+/// Whether particles of a periodic box end far from all of its faces: by a part of its edges, and by some spacings of the gas.
+pub(crate) fn is_alone(file: &ParticleFile) -> bool {
+    let header = &file.header;
+    let tables = || file.species.iter().map(|s| &s.table).filter(|table| table.count > 0);
+    let all: Vec<Vec<[f64; 3]>> = tables().filter_map(points).collect();
+    let corner = header.box_corner.unwrap_or_default();
+    let ends = |points: &[[f64; 3]], k: usize| {
+        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| (lo.min(p[k]), hi.max(p[k])))
+    };
+    let gas = file.species.iter().find(|s| s.part_type == 0).and_then(|s| points(&s.table)).unwrap_or_default();
+    let extents = (0..header.dimension).map(|k| ends(&gas, k)).map(|(lo, hi)| hi - lo);
+    let spacing = (extents.product::<f64>() / gas.len() as f64).powf(1.0 / header.dimension as f64);
+    (0..header.dimension).all(|k| {
+        let (edge, start) = (header.box_size[k], corner[k]);
+        let (lo, hi) = all
+            .iter()
+            .map(|p| ends(p, k))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
+        let gap = edge - (hi - lo);
+        let is_within = lo >= start && hi <= start + edge;
+        header.periodic[k] && is_within && gap > ISOLATED * edge && gap > APART * spacing
+    })
 }
 
 /// Whether a column is 0 throughout: initial conditions often come with densities of 0.
