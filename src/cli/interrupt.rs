@@ -8,6 +8,7 @@ use super::exit::FAILURE;
 use super::terminal::{clear_line, marked};
 use crate::error::Error;
 use crate::relaxation::{Event, Step};
+use crate::run::checkpoint::is_of as is_checkpoint_of;
 use crate::scene::{OnInterrupt, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,7 +27,7 @@ enum Answer {
 
 /// What a run goes on from.
 enum Kept {
-    Checkpoint(PathBuf),
+    Checkpoint(Box<Scene>, PathBuf),
     Blocks(PathBuf),
 }
 
@@ -42,7 +43,8 @@ pub struct Interrupts {
 impl Interrupts {
     /// Listens from now on, for a run of `scene`.
     pub fn of_run(scene: &Scene) -> Arc<Self> {
-        Self::listen(scene.checkpoint.file.clone().map(Kept::Checkpoint), scene.output.on_interrupt)
+        let kept = scene.checkpoint.file.clone().map(|file| Kept::Checkpoint(Box::new(scene.clone()), file));
+        Self::listen(kept, scene.output.on_interrupt)
     }
 
     /// Listens from now on, for a run that keeps blocks in a folder.
@@ -92,7 +94,9 @@ impl Interrupts {
     fn leave(&self) -> ! {
         sph_formats::output::remove_temporaries();
         let error = match &self.kept {
-            Some(Kept::Checkpoint(file)) if file.is_file() => Error::InterruptedKept(file.clone()),
+            Some(Kept::Checkpoint(scene, file)) if is_checkpoint_of(file, scene) => {
+                Error::InterruptedKept(file.clone())
+            }
             Some(Kept::Blocks(folder)) if folder.is_dir() => Error::InterruptedIn(folder.clone()),
             _ => Error::Interrupted,
         };

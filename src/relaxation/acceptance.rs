@@ -86,6 +86,8 @@ pub struct Accepted<'a, const D: usize> {
     pub target: Target<'a, D>,
     pub judge: &'a Judge<'a, D>,
     pub aim: Aim,
+    /// Whether nobody wants what an interrupt leaves: it is not judged then, which takes longer than an iteration.
+    pub discards_interrupted: bool,
 }
 
 impl<const D: usize> Stage<D> for Accepted<'_, D>
@@ -143,6 +145,9 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         let mut relaxed = inner.finish(stop);
         // On all ranks the same.
         let stop = relaxed.report().stop;
+        if stage.discards_interrupted && stop == StopReason::Interrupted {
+            return relaxed;
+        }
         let exchange = stage.judge.exchange;
         let target = stage.target.with_count(exchange.count(relaxed.particles.len()));
         relaxed.notes.extend(part(exchange, &target, &mut relaxed.particles.positions));
@@ -204,4 +209,54 @@ fn part<const D: usize>(
             "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::ScalarField;
+    use crate::metrics::Ledger;
+    use crate::relaxation::{Control, Event, Start, Wvt, WvtOptions, relax};
+    use sph::domain::{Axis, Domain, Region};
+    use sph::exchange::Alone;
+    use sph::kernel::{KernelName, default_kernel_neighbors};
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+    struct Uniform;
+
+    impl ScalarField<2> for Uniform {
+        fn value(&self, _: &[f64; 2]) -> f64 {
+            1.0
+        }
+    }
+
+    /// How often particles are measured by a stage that is interrupted in its third iteration.
+    fn measures_of(discards_interrupted: bool) -> usize {
+        let domain = Domain::new([0.0; 2], [1.0; 2], [Axis::Periodic; 2], Region::Box).unwrap();
+        let target = Target::of_equal_masses(&domain, &Uniform, 200, 1.0);
+        let (ledger, count) = (Ledger::new(&target), AtomicUsize::new(0));
+        let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(2));
+        let measure = |particles: &Particles<2>| {
+            count.fetch_add(1, Ordering::Relaxed);
+            Quality::among(&Alone, kernel, (&target, &ledger), (&particles.positions, None), neighbors)
+        };
+        let judge = Judge::new(&measure, &|| None, &Alone);
+        let stage = Box::new(Wvt { kernel, target, options: WvtOptions::new(2) });
+        let stage = Accepted { stage, target, judge: &judge, aim: Aim::Density, discards_interrupted };
+        let interrupted = AtomicBool::new(false);
+        let observer = |event: Event| {
+            interrupted.store(matches!(event, Event::Iteration { iteration: 3.., .. }), Ordering::Relaxed);
+        };
+        let control = Control { deadline: None, interrupted: &interrupted, observer: &observer };
+        let places = [0.618, 0.414].map(|step| (1..=200).map(|i| (f64::from(i) * step).fract()).collect());
+        let relaxed = relax(&stage, Start::New(Positions::from(places).into()), &control, &mut |_, _| {}).unwrap();
+        assert_eq!(relaxed.report().stop, StopReason::Interrupted);
+        count.load(Ordering::Relaxed)
+    }
+
+    #[test]
+    fn what_an_interrupt_throws_away_is_not_judged() {
+        assert_eq!(measures_of(true), 0);
+        assert!(measures_of(false) > 0);
+    }
 }

@@ -38,9 +38,19 @@ pub(super) fn refuse_interrupted(scene: &Scene, control: &Control<'_>) -> Result
     if !control.is_interrupted() || scene.output.on_interrupt == OnInterrupt::Write {
         return Ok(());
     }
-    match scene.checkpoint.file.as_ref().filter(|file| file.is_file()) {
-        Some(file) => Err(Error::InterruptedKept(file.clone())),
+    match scene.checkpoint.file.as_deref().filter(|file| is_of(file, scene)) {
+        Some(file) => Err(Error::InterruptedKept(file.into())),
         None => Err(Error::Interrupted),
+    }
+}
+
+/// Whether a file is a checkpoint that may belong to a run of `scene`: of several ranks' the scene is not looked at.
+pub(crate) fn is_of(file: &Path, scene: &Scene) -> bool {
+    let Ok(bytes) = checkpoint_file::read(file, &[MARK, checkpoint_parts::MARK]) else { return false };
+    let own = payload(&bytes, MARK).ok().and_then(|payload| postcard::take_from_bytes::<Origin>(payload).ok());
+    match own {
+        Some((origin, _)) => origin.scene == Origin::relevant(scene).to_yaml(),
+        None => payload(&bytes, checkpoint_parts::MARK).is_ok(),
     }
 }
 
@@ -353,7 +363,16 @@ mod tests {
         scene.checkpoint.file = Some(file.clone());
         assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::Interrupted)));
         std::fs::write(&file, "kept").unwrap();
+        assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::Interrupted)));
+        let of = |scene: &Scene| Origin { scene: Origin::relevant(scene).to_yaml(), ..Origin::default() };
+        let write = |scene: &Scene| {
+            let make = |to| postcard::to_extend(&of(scene), to).map_err(|e| e.to_string());
+            checkpoint_file::write(&file, MARK, make).unwrap()
+        };
+        write(&scene);
         assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::InterruptedKept(kept)) if kept == file));
+        write(&Scene { seed: 7, ..scene.clone() });
+        assert!(matches!(refuse_interrupted(&scene, &control), Err(Error::Interrupted)), "that of another run");
         scene.output.on_interrupt = OnInterrupt::Write;
         assert!(refuse_interrupted(&scene, &control).is_ok());
     }

@@ -360,7 +360,9 @@ impl<'a, const D: usize> Setting<'a, D> {
             if let (false, Start::New(particles)) = (in_step, &start) {
                 checkpoints.begin(&past.meta(index, name.name, false), particles);
             }
-            stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim });
+            // What is kept of other stages is what they leave.
+            let discards_interrupted = in_step && self.scene.output.on_interrupt == OnInterrupt::Discard;
+            stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim, discards_interrupted });
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
             let mut keep = |stopping: bool, state: relaxation::Snapshot<'_>| {
@@ -376,6 +378,9 @@ impl<'a, const D: usize> Setting<'a, D> {
             past.notes.extend(relaxed.notes);
             watch(name.name, &particles.positions);
             past.reports.extend(relaxed.reports);
+            if discards_interrupted && past.reports.last().is_some_and(|r| r.stop == StopReason::Interrupted) {
+                return Ok(past.placed(particles, of_ledger + judge.seconds()));
+            }
             start = Start::New(particles);
         }
         plan.stages.retain(|s| !dropped.contains(s));
