@@ -39,6 +39,7 @@ pub mod field;
 pub mod follow;
 pub mod input;
 pub mod metrics;
+mod ode;
 pub mod output;
 #[cfg(feature = "plots")]
 pub mod page;

@@ -2,6 +2,7 @@
 
 use super::equation::EquationOfState;
 use super::error::{EosError, Warmth};
+use crate::ode;
 use crate::roots::root;
 
 /// Brackets grow by this factor, at most so often.
@@ -111,16 +112,12 @@ impl EquationOfState {
         let steps = (span.abs() / ADIABAT_STEP).ceil().clamp(1.0, MOST_ADIABAT_STEPS);
         let h = span / steps;
         let (mut x, mut u) = (start.ln(), energy);
-        let slope = |x: f64, u: f64| {
+        let slope = |x: f64, [u]: [f64; 1]| {
             let rho = x.exp();
-            self.pressure(rho, u) / rho
+            [self.pressure(rho, u) / rho]
         };
         for _ in 0..steps as usize {
-            let k1 = slope(x, u);
-            let k2 = slope(x + 0.5 * h, u + 0.5 * h * k1);
-            let k3 = slope(x + 0.5 * h, u + 0.5 * h * k2);
-            let k4 = slope(x + h, u + h * k3);
-            u += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            [u] = ode::step(x, [u], h, slope);
             x += h;
         }
         u

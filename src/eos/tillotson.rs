@@ -10,6 +10,7 @@
 //! of ice (and the pairs of eta) as in SWIFT's `tillotson.h`.
 
 use super::response::Response;
+use crate::ode;
 use std::sync::OnceLock;
 
 /// Constants of one material, in cgs.
@@ -189,16 +190,11 @@ impl Tillotson {
         let mut energies = vec![0.0];
         let mut u = 0.0;
         for i in 0..COLD_STEPS {
-            let slope = |x: f64, u: f64| {
+            let slope = |x: f64, [u]: [f64; 1]| {
                 let rho = self.density * x.exp();
-                self.response(rho, u).pressure / rho
+                [self.response(rho, u).pressure / rho]
             };
-            let x = i as f64 * step;
-            let k1 = slope(x, u);
-            let k2 = slope(x + 0.5 * step, u + 0.5 * step * k1);
-            let k3 = slope(x + 0.5 * step, u + 0.5 * step * k2);
-            let k4 = slope(x + step, u + step * k3);
-            u += step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            [u] = ode::step(i as f64 * step, [u], step, slope);
             energies.push(u);
         }
         energies

@@ -15,6 +15,7 @@
 //!   h = (n + 1) K rho^(1/n), K such that the gradient is the model's: h(1) = -n/s. The pressure is integrated from the
 //!   model's at r_c with that density.
 
+use crate::ode;
 use sph::point_mass::Softening;
 
 /// The model at the radius.
@@ -70,12 +71,7 @@ impl Shot<'_> {
         let mut rows = vec![(1.0, (self.density)(1.0, state[0]), state[2])];
         for i in (2..=STEPS).rev() {
             let x = i as f64 / STEPS as f64;
-            let along = |s: State, k: State, t: f64| -> State { sph::array(|j| s[j] + t * step * k[j]) };
-            let k1 = self.slope(x, state);
-            let k2 = self.slope(x + 0.5 * step, along(state, k1, 0.5));
-            let k3 = self.slope(x + 0.5 * step, along(state, k2, 0.5));
-            let k4 = self.slope(x + step, along(state, k3, 1.0));
-            state = sph::array(|j| state[j] + step / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j]));
+            state = ode::step(x, state, step, |x, state| self.slope(x, state));
             if !(state[1] > 0.0) {
                 return None;
             }

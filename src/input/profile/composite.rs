@@ -12,6 +12,7 @@
 use super::spheres::key;
 use super::table::Table;
 use crate::error::{Error, Result};
+use crate::ode;
 use crate::scene::PolytropeZone;
 use std::f64::consts::PI;
 
@@ -127,26 +128,17 @@ impl Layer {
     }
 
     /// Derivatives of mass (over 4 pi) and theta.
-    fn slopes(&self, p: &Point) -> (f64, f64) {
-        let density = self.density * p.theta.max(0.0).powf(self.n);
+    fn slopes(&self, r: f64, [mass, theta]: [f64; 2]) -> [f64; 2] {
+        let density = self.density * theta.max(0.0).powf(self.n);
         // Near the center m/r^2 is rho r/3.
-        let pull = if p.r > 0.0 { p.mass / (p.r * p.r) } else { 0.0 };
-        (p.r * p.r * density, -pull * self.density / ((self.n + 1.0) * self.pressure))
+        let pull = if r > 0.0 { mass / (r * r) } else { 0.0 };
+        [r * r * density, -pull * self.density / ((self.n + 1.0) * self.pressure)]
     }
 
     /// A step of Runge and Kutta's fourth order.
     fn step(&self, from: &Point, h: f64) -> Point {
-        let moved = |h: f64, (mass, theta): (f64, f64)| Point {
-            r: from.r + h,
-            mass: from.mass + h * mass,
-            theta: from.theta + h * theta,
-        };
-        let k1 = self.slopes(from);
-        let k2 = self.slopes(&moved(0.5 * h, k1));
-        let k3 = self.slopes(&moved(0.5 * h, k2));
-        let k4 = self.slopes(&moved(h, k3));
-        let mean = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * b + 2.0 * c + d) / 6.0;
-        moved(h, (mean(k1.0, k2.0, k3.0, k4.0), mean(k1.1, k2.1, k3.1, k4.1)))
+        let [mass, theta] = ode::step(from.r, [from.mass, from.theta], h, |r, y| self.slopes(r, y));
+        Point { r: from.r + h, mass, theta }
     }
 
     /// The place at which `left` vanishes, from one near before it; `left` gives what is left and its decrease by radius.
@@ -179,19 +171,19 @@ fn solve(zones: &[Zone], bounds: Bounds, whole: f64) -> Option<Vec<Row>> {
                 return None;
             }
             // Layers at the surface of a zone are thin.
-            let fall = -layer.slopes(&p).1;
+            let fall = -layer.slopes(p.r, [p.mass, p.theta])[1];
             let thin = if fall > 0.0 { 0.1 * p.theta / fall } else { f64::INFINITY };
             let h = ((scale + p.r) / STEPS).min(thin.max(1e-6 * (scale + p.r)));
             let next = layer.step(&p, h);
             if reached(&next) >= end && next.theta > 0.0 {
                 p = layer.refine(p, &|p| match bounds {
-                    Bounds::Mass => (end - p.mass, layer.slopes(p).0),
+                    Bounds::Mass => (end - p.mass, layer.slopes(p.r, [p.mass, p.theta])[0]),
                     Bounds::Radius => (end - p.r, 1.0),
                 });
                 break;
             }
             if !(next.theta > 0.0) {
-                let surface = layer.refine(p, &|p| (p.theta, -layer.slopes(p).1));
+                let surface = layer.refine(p, &|p| (p.theta, -layer.slopes(p.r, [p.mass, p.theta])[1]));
                 let row = Row {
                     density: if layer.n == 0.0 { layer.density } else { 0.0 },
                     pressure: 0.0,

@@ -6,6 +6,8 @@
 //! Chandrasekhar's white dwarfs for f = (y^2 - 1)^(3/2) (Chandrasekhar 1939, An Introduction to the Study of Stellar Structure,
 //! chapters IV and XI; cylinders: Ostriker 1964, ApJ 140, 1056).
 
+use crate::ode;
+
 /// Steps over which the radius grows by the scale of the center, or by itself farther out. The error of Runge-Kutta 4 is
 /// some 1e-13 then, and cubics between the steps are as good as 1e-9.
 const STEPS: f64 = 1000.0;
@@ -54,20 +56,14 @@ impl Point {
 impl Emden<'_> {
     fn step(&self, from: Point, h: f64) -> Point {
         let d = self.dimension as f64;
-        let derivative = |p: Point| {
-            let f = (self.source)(p.phi);
+        let slopes = |xi: f64, [phi, slope]: [f64; 2]| {
+            let f = (self.source)(phi);
             // Near the center -phi' is f xi / d.
-            let curvature = if p.xi > 0.0 { f - (d - 1.0) * p.slope / p.xi } else { f / d };
-            (-p.slope, curvature)
+            let curvature = if xi > 0.0 { f - (d - 1.0) * slope / xi } else { f / d };
+            [-slope, curvature]
         };
-        let moved =
-            |h: f64, (a, b): (f64, f64)| Point { xi: from.xi + h, phi: from.phi + h * a, slope: from.slope + h * b };
-        let k1 = derivative(from);
-        let k2 = derivative(moved(0.5 * h, k1));
-        let k3 = derivative(moved(0.5 * h, k2));
-        let k4 = derivative(moved(h, k3));
-        let mean = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * b + 2.0 * c + d) / 6.0;
-        moved(h, (mean(k1.0, k2.0, k3.0, k4.0), mean(k1.1, k2.1, k3.1, k4.1)))
+        let [phi, slope] = ode::step(from.xi, [from.phi, from.slope], h, slopes);
+        Point { xi: from.xi + h, phi, slope }
     }
 
     /// Points from the center to the end; `None` where there is no end within reach.

@@ -8,6 +8,7 @@
 
 use super::table::Table;
 use super::well::Well;
+use crate::ode;
 use crate::roots::root;
 use crate::scene::HydrostaticInput;
 use std::f64::consts::PI;
@@ -161,8 +162,8 @@ impl Gas<'_> {
         }
     }
 
-    /// -d(height)/dr and dm/dr.
-    fn slopes(&self, center: Center, row: Row) -> (f64, f64) {
+    /// d(height)/dr and dm/dr.
+    fn slopes(&self, center: Center, row: Row) -> [f64; 2] {
         let r = row.r.max(self.innermost());
         let others = self.well.mass(r);
         let own = if self.feels_itself { row.mass } else { 0.0 };
@@ -171,21 +172,13 @@ impl Gas<'_> {
             Heat::Speeds(speed) => pull / speed(r).powi(2),
             Heat::Polytrope(_) => pull,
         };
-        (fall, 4.0 * PI * row.r * row.r * self.density(center, row.r, row.height))
+        [-fall, 4.0 * PI * row.r * row.r * self.density(center, row.r, row.height)]
     }
 
     fn step(&self, center: Center, from: Row, h: f64) -> Row {
-        let moved = |h: f64, (fall, gain): (f64, f64)| Row {
-            r: from.r + h,
-            height: from.height - h * fall,
-            mass: from.mass + h * gain,
-        };
-        let k1 = self.slopes(center, from);
-        let k2 = self.slopes(center, moved(0.5 * h, k1));
-        let k3 = self.slopes(center, moved(0.5 * h, k2));
-        let k4 = self.slopes(center, moved(h, k3));
-        let mean = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * b + 2.0 * c + d) / 6.0;
-        moved(h, (mean(k1.0, k2.0, k3.0, k4.0), mean(k1.1, k2.1, k3.1, k4.1)))
+        let slopes = |r: f64, [height, mass]: [f64; 2]| self.slopes(center, Row { r, height, mass });
+        let [height, mass] = ode::step(from.r, [from.height, from.mass], h, slopes);
+        Row { r: from.r + h, height, mass }
     }
 
     /// Rows from the center to the outer radius, or to where h is 0 before.
@@ -199,7 +192,7 @@ impl Gas<'_> {
                 return Err(Refusal::TooSteep);
             }
             if is_polytrope {
-                let left = last.height / self.slopes(center, last).0;
+                let left = -last.height / self.slopes(center, last)[0];
                 if left <= AT_SURFACE * last.r {
                     let end = Row { r: last.r + left, height: 0.0, ..last };
                     rows.pop();

@@ -9,6 +9,7 @@ use super::spheres::key;
 use super::table::Table;
 use crate::eos::{EosError, EquationOfState, Material, Warmth};
 use crate::error::{Error, Result};
+use crate::ode;
 use crate::scene::ThermalState;
 use std::f64::consts::PI;
 
@@ -251,7 +252,7 @@ impl Planet {
         let equation = &self.layers[index].material.equation;
         let is_adiabatic = matches!(warmth, Warmth::Energy(_)) && !equation.is_barotropic();
         let warmth_of = |energy: f64| if is_adiabatic { Warmth::Energy(energy) } else { warmth };
-        let slopes = |r: f64, m: f64, pressure: f64, energy: f64| -> Option<[f64; 3]> {
+        let slopes = |r: f64, [m, pressure, energy]: [f64; 3]| -> Option<[f64; 3]> {
             let density = equation.density_near(pressure, warmth_of(energy), from.density).ok()?;
             let weight = -self.gravity * m * density / (r * r);
             // Material that has parted takes up no work.
@@ -260,17 +261,10 @@ impl Planet {
             Some([4.0 * PI * r * r * density, weight, heat])
         };
         let State { r, m, pressure, energy, .. } = from;
-        let at = |t: f64, k: [f64; 3]| slopes(r + t, m + t * k[0], pressure + t * k[1], energy + t * k[2]);
-        let k1 = slopes(r, m, pressure, energy)?;
-        let k2 = at(0.5 * h, k1)?;
-        let k3 = at(0.5 * h, k2)?;
-        let k4 = at(h, k3)?;
-        let mean: [f64; 3] = sph::array(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
-        let pressure = pressure + h * mean[1];
-        let energy = energy + h * mean[2];
+        let [m, pressure, energy] = ode::try_step(r, [m, pressure, energy], h, slopes)?;
         let density = equation.density_near(pressure, warmth_of(energy), from.density).ok()?;
         let energy = if is_adiabatic { energy } else { equation.energy_with(density, warmth) };
-        Some(State { r: r + h, m: m + h * mean[0], pressure, energy, density })
+        Some(State { r: r + h, m, pressure, energy, density })
     }
 
     /// From the surface to the center: shows `keep` each state with its layer and temperature, and returns what is left of the
