@@ -263,11 +263,16 @@ fn volume_step(d: usize, a: f64, b: f64) -> f64 {
         }
 }
 
+/// Points of a rule for the mass of a segment whose density is no polynomial, the part of it that is known to, and halvings at most.
+const ORDER: usize = 8;
+const ENOUGH: f64 = 1e-14;
+const DEPTH: u32 = 12;
+
 impl Segment {
     #[inline]
     fn evaluate(&self, d: usize, r: f64) -> f64 {
         match self.density {
-            Density::Radius(shape) => shape.evaluate(((r - self.r0) / (self.r1 - self.r0)).clamp(0.0, 1.0)),
+            Density::Radius(shape) => shape.evaluate(self.share(r).clamp(0.0, 1.0)),
             Density::Volume { mean, inner, outer } => {
                 let t = self.volume_fraction(d, r);
                 let u = 1.0 - t;
@@ -286,7 +291,7 @@ impl Segment {
             return *self;
         }
         let density = match self.density {
-            Density::Radius(shape) => Density::Radius(shape.rest((r - self.r0) / (self.r1 - self.r0))),
+            Density::Radius(shape) => Density::Radius(shape.rest(self.share(r))),
             Density::Volume { outer, .. } => {
                 let mass = self.mass(d, self.r1).value - self.mass(d, r).value;
                 let volume = unit_ball_volume(d) * volume_step(d, r, self.r1);
@@ -308,27 +313,44 @@ impl Segment {
                 let fraction = mean * t * t * (3.0 - 2.0 * t) + inner * t * u * u - outer * t * t * u;
                 exact(ball * volume_step(d, self.r0, self.r1) * fraction.max(0.0))
             }
-            Density::Radius(Shape::Cubic { .. }) => {
-                // Degree 3 times r^2: four points are exact.
-                exact(self.shells(d, 4, self.r0, r))
+            // Degree 3 times r^2: four points are exact.
+            Density::Radius(shape @ Shape::Cubic { .. }) => exact(self.of_shape(d, shape, 4, [0.0, self.share(r)])),
+            Density::Radius(shape @ Shape::Log { .. }) => {
+                let all = [0.0, self.share(r)];
+                let whole = self.of_shape(d, shape, ORDER, all);
+                self.adaptive(d, shape, all, (whole, ENOUGH * whole, DEPTH))
             }
-            Density::Radius(Shape::Log { .. }) => self.adaptive(d, self.r0, r, self.shells(d, 8, self.r0, r), 12),
         }
     }
 
-    fn shells(&self, d: usize, order: usize, a: f64, b: f64) -> f64 {
-        let surface = unit_sphere_area(d);
-        surface * integrate(order, a, b, &|r| self.evaluate(d, r) * r.powi(d as i32 - 1))
+    /// Where a radius is within the segment, from 0 to 1.
+    fn share(&self, r: f64) -> f64 {
+        (r - self.r0) / (self.r1 - self.r0)
     }
 
-    fn adaptive(&self, d: usize, a: f64, b: f64, whole: f64, depth: u32) -> MassEstimate {
-        let mid = 0.5 * (a + b);
-        let (left, right) = (self.shells(d, 8, a, mid), self.shells(d, 8, mid, b));
-        let error = (left + right - whole).abs();
-        if depth == 0 || error <= 1e-14 * (left + right) {
-            return MassEstimate { value: left + right, error };
+    /// Mass between two places within the segment, each from 0 to 1: radii of a thin one far out have few digits left to tell them apart.
+    fn of_shape(&self, d: usize, shape: Shape, order: usize, [from, to]: [f64; 2]) -> f64 {
+        let width = self.r1 - self.r0;
+        let surface = |t: f64| (self.r0 + t * width).powi(d as i32 - 1);
+        unit_sphere_area(d) * width * integrate(order, from, to, &|t| shape.evaluate(t) * surface(t))
+    }
+
+    /// The same by halving as often as it takes for an error of no more than `enough`.
+    fn adaptive(
+        &self,
+        d: usize,
+        shape: Shape,
+        [from, to]: [f64; 2],
+        (whole, enough, depth): (f64, f64, u32),
+    ) -> MassEstimate {
+        let middle = 0.5 * (from + to);
+        let halves = [[from, middle], [middle, to]].map(|half| (half, self.of_shape(d, shape, ORDER, half)));
+        let value = halves[0].1 + halves[1].1;
+        let error = (value - whole).abs();
+        if depth == 0 || error <= enough {
+            return MassEstimate { value, error };
         }
-        let (l, r) = (self.adaptive(d, a, mid, left, depth - 1), self.adaptive(d, mid, b, right, depth - 1));
+        let [l, r] = halves.map(|(half, mass)| self.adaptive(d, shape, half, (mass, enough, depth - 1)));
         MassEstimate { value: l.value + r.value, error: l.error + r.error }
     }
 
@@ -456,7 +478,8 @@ mod tests {
             let mass = segment.mass(3, segment.r1).value;
             assert!((mass / expected - 1.0).abs() < 1e-14, "cell {k}");
             // The density that is evaluated has that mass too, not only its antiderivative.
-            let sampled = segment.shells(3, 6, segment.r0, segment.r1);
+            let shell = |r: f64| 4.0 * PI * segment.evaluate(3, r) * r * r;
+            let sampled = integrate(6, segment.r0, segment.r1, &shell);
             // Within thin cells the radius itself is rounded.
             let rounding = 1e-11 + 1e-15 * segment.r1 / (segment.r1 - segment.r0);
             assert!((sampled / expected - 1.0).abs() < rounding, "cell {k}: {sampled} {expected}");
