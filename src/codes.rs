@@ -58,7 +58,11 @@ fn usual_radius(kernel: KernelName) -> f64 {
     match kernel {
         KernelName::Quartic => 2.5,
         KernelName::Quintic => 3.0,
-        _ => 2.0,
+        KernelName::CubicSpline
+        | KernelName::WendlandC2
+        | KernelName::WendlandC4
+        | KernelName::WendlandC6
+        | KernelName::Sinc6 => 2.0,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Arguments, and how they override the scene.
 
-use super::choices::{boundary, kernel, on_interrupt, order, polish, seeding, staggering};
+use super::choices::{choice, kernel, seeding};
 use super::rank_args::{PlanArgs, ranks, threads};
 use super::stream_args::{EncodingArgs, ReplicateArgs, SeedArgs};
 use crate::compare::DEFAULT;
@@ -299,13 +299,13 @@ pub struct RunArgs {
     map: Vec<String>,
     /// Where the rows of a radial table lie: nodes, outer-faces, inner-faces, centers, or auto (where a column of masses
     /// says).
-    #[arg(long, value_name = "WHERE", value_parser = staggering)]
+    #[arg(long, value_name = "WHERE", value_parser = choice::<crate::scene::StaggeringName>)]
     staggering: Option<crate::scene::StaggeringName>,
     /// Value of the input's time coordinate.
     #[arg(long, value_name = "T")]
     time: Option<f64>,
     /// Boundary of all axes: periodic, reflecting or open.
-    #[arg(long, value_name = "NAME", value_parser = boundary)]
+    #[arg(long, value_name = "NAME", value_parser = choice::<crate::scene::BoundaryName>)]
     boundary: Option<crate::scene::BoundaryName>,
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
@@ -337,7 +337,7 @@ pub struct RunArgs {
     seeding: Option<Seeding>,
     /// crystal: a lattice of exactly N points, relaxed, with the least noise and preferred directions; isotropic: none of
     /// these [default: isotropic, unless the seeding is a lattice].
-    #[arg(long, value_name = "KIND", value_parser = order)]
+    #[arg(long, value_name = "KIND", value_parser = choice::<crate::scene::Order>)]
     order: Option<crate::scene::Order>,
     /// Seed of all random numbers.
     #[arg(long)]
@@ -347,7 +347,7 @@ pub struct RunArgs {
     iterations: Option<usize>,
     /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics), damped-relaxation, afc
     /// (away from the closest neighbor) or none.
-    #[arg(long, value_name = "NAME", value_parser = polish)]
+    #[arg(long, value_name = "NAME", value_parser = choice::<crate::scene::Polish>)]
     polish: Option<crate::scene::Polish>,
     /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
     #[arg(long)]
@@ -369,7 +369,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
     /// What Ctrl-C leaves: discard (nothing, the default) or write (the best state so far; exit with 3).
-    #[arg(long, value_name = "WHAT", value_parser = on_interrupt)]
+    #[arg(long, value_name = "WHAT", value_parser = choice::<crate::scene::OnInterrupt>)]
     on_interrupt: Option<crate::scene::OnInterrupt>,
     /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
     #[arg(long, value_name = "FILE")]

@@ -1,56 +1,68 @@
 //! Words that options take, as the scene has them.
 
 use crate::seeding::{METHODS, Seeding};
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
 use sph::kernel::KernelName;
 use sph_formats::did_you_mean;
+use std::fmt;
 
-/// One of several words, as the scene has them.
-fn choice<T: Copy>(text: &str, known: &[(&str, T)]) -> std::result::Result<T, String> {
-    known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| {
-        let names = || known.iter().map(|(name, _)| *name);
-        format!("expected {}{}", names().collect::<Vec<_>>().join(", "), did_you_mean(text, names()))
-    })
+/// One of several words.
+fn among<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or_else(|| expected(text, &names))
 }
 
-pub fn kernel(text: &str) -> std::result::Result<KernelName, String> {
-    choice(text, &KernelName::ALL.map(|kernel| (kernel.name(), kernel)))
+fn expected(text: &str, names: &[&str]) -> String {
+    format!("expected {}{}", names.join(", "), did_you_mean(text, names.iter().copied()))
 }
 
-pub fn seeding(text: &str) -> std::result::Result<Seeding, String> {
+pub fn kernel(text: &str) -> Result<KernelName, String> {
+    among(text, &KernelName::ALL.map(|kernel| (kernel.name(), kernel)))
+}
+
+pub fn seeding(text: &str) -> Result<Seeding, String> {
     Seeding::by_name(text)
-        .map_or_else(|| choice(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>()), Ok)
+        .map_or_else(|| among(text, &METHODS.iter().map(|m| (m.name, m.seeding)).collect::<Vec<_>>()), Ok)
 }
 
-pub fn order(text: &str) -> std::result::Result<crate::scene::Order, String> {
-    use crate::scene::Order::{Crystal, Isotropic};
-    choice(text, &[("crystal", Crystal), ("isotropic", Isotropic)])
+/// A value of a scene that is one of several words, by the word that the scene has for it.
+pub fn choice<T: for<'de> Deserialize<'de>>(text: &str) -> Result<T, String> {
+    T::deserialize(text.into_deserializer()).map_err(|Unknown(names)| expected(text, names))
 }
 
-pub fn boundary(text: &str) -> std::result::Result<crate::scene::BoundaryName, String> {
-    use crate::scene::BoundaryName::{Open, Periodic, Reflecting};
-    choice(text, &[("periodic", Periodic), ("reflecting", Reflecting), ("open", Open)])
+/// The words that there are.
+#[derive(Debug)]
+struct Unknown(&'static [&'static str]);
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}", self.0.join(", "))
+    }
 }
 
-pub fn staggering(text: &str) -> std::result::Result<crate::scene::StaggeringName, String> {
-    use crate::scene::StaggeringName::{Auto, Centers, InnerFaces, Nodes, OuterFaces};
-    let known = [
-        ("nodes", Nodes),
-        ("outer-faces", OuterFaces),
-        ("inner-faces", InnerFaces),
-        ("centers", Centers),
-        ("auto", Auto),
-    ];
-    choice(text, &known)
+impl std::error::Error for Unknown {}
+
+impl serde::de::Error for Unknown {
+    fn custom<T: fmt::Display>(_: T) -> Self {
+        Self(&[])
+    }
+
+    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
+        Self(expected)
+    }
 }
 
-pub fn polish(text: &str) -> std::result::Result<crate::scene::Polish, String> {
-    use crate::scene::Polish::{Afc, Alaric, DampedRelaxation, None, Solver};
-    let known =
-        [("solver", Solver), ("alaric", Alaric), ("damped-relaxation", DampedRelaxation), ("afc", Afc), ("none", None)];
-    choice(text, &known)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{BoundaryName, Polish};
 
-pub fn on_interrupt(text: &str) -> std::result::Result<crate::scene::OnInterrupt, String> {
-    use crate::scene::OnInterrupt::{Discard, Write};
-    choice(text, &[("discard", Discard), ("write", Write)])
+    #[test]
+    fn words_are_those_of_scenes() {
+        assert_eq!(choice::<Polish>("damped-relaxation"), Ok(Polish::DampedRelaxation));
+        assert_eq!(choice::<BoundaryName>("open"), Ok(BoundaryName::Open));
+        let said = choice::<Polish>("solvr").unwrap_err();
+        assert_eq!(said, "expected solver, alaric, damped-relaxation, afc, none; did you mean 'solver'?");
+    }
 }

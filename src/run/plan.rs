@@ -236,7 +236,7 @@ impl Plan {
             (Polish::None, Seeding::VariableMasses) => 0,
             (Polish::None, _) if thin || even => 0,
             (Polish::None, _) => WvtOptions::new(3).iterations,
-            (Polish::Afc, _) => 0,
+            (polish, _) if polish.follows_seeding() => 0,
             _ if shells && jumps > FEW_JUMPS && tight => 20,
             _ if shells => 0,
             (Polish::Solver, lattice) if lattice.is_lattice() => 0,
@@ -248,7 +248,7 @@ impl Plan {
         });
         if self.wvt_iterations == 0 {
             let why = match self.polish {
-                Polish::Afc => "AFC starts from the seed",
+                polish if polish.follows_seeding() => "the stage after it starts from the seeding",
                 Polish::None if scene.wvt.iterations.is_none() && thin => THIN,
                 _ if scene.wvt.iterations.is_some() => "wvt.iterations is 0",
                 _ if self.seeding.is_lattice() || self.seeding == Seeding::VariableMasses => {

@@ -63,6 +63,11 @@ impl Polish {
             Self::None => None,
         }
     }
+
+    /// Whether it takes particles as they are seeded, and not as WVT leaves them.
+    pub fn follows_seeding(self) -> bool {
+        self == Self::Afc
+    }
 }
 
 /// How regular the arrangement is to be.

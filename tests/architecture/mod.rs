@@ -159,7 +159,7 @@ fn nothing_is_unsafe() {
     }
     // Tests and benches are crates of their own. Only an allocator that counts, for the fuzzing of readers, cannot do
     // without: the trait of allocators is unsafe.
-    for folder in ["src", "formats", "sph", "tests", "profiles"] {
+    for folder in ["src", "formats", "sph", "python", "tests", "profiles"] {
         let mut found = names_in(folder, &["unsafe"]);
         found.retain(|line| !line.starts_with("formats/tests/fuzz"));
         assert_eq!(found, Vec::<String>::new());

@@ -116,6 +116,6 @@ fn function(kernel: KernelName) -> u8 {
         KernelName::WendlandC2 => 6,
         KernelName::WendlandC4 => 7,
         KernelName::WendlandC6 => 9,
-        _ => 3,
+        KernelName::CubicSpline | KernelName::Sinc6 => 3,
     }
 }
