@@ -200,7 +200,7 @@ fn what_more_particles_do_not_mend_is_told_apart() {
     );
     assert!(even.contains("% is the same everywhere") && even.contains("`neighbors`"), "{even}");
     let star = density("input: {file: profiles/star.nc}\nparticles: 2000\n");
-    assert!(star.ends_with("; more particles bring it down"), "{star}");
+    assert!(star.ends_with("; more particles reduce it"), "{star}");
 }
 
 /// Twice as many would lower a noise of 2 % by an eighth; who says how many there are to be gets them.
@@ -480,7 +480,7 @@ fn masses_that_differ_from_what_was_asked_are_in_the_verdict() {
     let (mass, found) = masses("trim_masses: 0.1");
     let (grade, text) = found.unwrap();
     assert!((0.02..=0.15).contains(&mass.off) && grade == Grade::Look, "{mass:?} {text}");
-    assert!(text.contains("from those asked for") && text.contains("trim_masses"), "{text}");
+    assert!(text.contains("from those requested") && text.contains("trim_masses"), "{text}");
     // A resolution asks for them.
     let (mass, found) = masses("resolution: {spacing: '1 + x'}");
     let (grade, text) = found.unwrap();

@@ -1,5 +1,5 @@
-//! What codes stop at, or take for something else, of how a file is laid out: attributes that lack or have other lengths, flags, and names
-//! of datasets. Readers here take all of it.
+//! Checks of a file's layout: missing attributes, attributes of unexpected length, flags, and names of datasets at which a simulation code
+//! stops or which it misreads. The readers of this project accept all of them.
 //!
 //! What is opened, and how: SWIFT 2026.04 `src/single_io.c` and `io_read_unit_system` of `src/common_io.c`; GADGET-4 226f62e
 //! `snap_io::read_header_fields` of `src/io/snap_io.cc` and `my_H5Aread` of `src/io/hdf5_util.cc`; GIZMO's public version, GADGET-2.0.7 and AREPO's

@@ -1,8 +1,8 @@
 //! Facets of surfaces: their nearest points, and which of many is nearest.
 //!
-//! Boxes around facets that lie askew reach far from them: of a fine surface a search by boxes alone looks at as many facets as have
-//! boxes closer than the nearest, which are ever more the smaller they are. Plates, flat cylinders across the mean normal of a node's facets, bound
-//! these to the curvature of the surface.
+//! An axis-aligned box around a tilted facet extends far beyond it. A search by such boxes alone has to examine every facet whose box is
+//! closer than the nearest facet, and on a fine surface this number grows as facets become smaller. Each node therefore also has a plate, a flat
+//! cylinder along the mean normal of its facets, so that this number depends only on the curvature of the surface.
 
 use super::bvh::{Aabb, Bvh};
 use nalgebra::SVector;

@@ -1,4 +1,4 @@
-//! A body whose interior is another than its profile's.
+//! A radial body whose density and carried fields are replaced within a given radius.
 
 use super::radial::{RadialCarried, RadialDensity};
 use super::{CarriedField, CarriedInfo, MassEstimate, RadialSource, Source};

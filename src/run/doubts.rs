@@ -115,8 +115,9 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     within.sort_by(f64::total_cmp);
     (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then(|| {
         format!(
-            "the box is periodic along {0}, but the density is not: it is {1:.3} times as high at its {2} face as at the other, in the median, a jump that the code \
-             will see as well; state `boundary: open` along {0} if the box ends there",
+            "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its {2} \
+             face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if the box \
+             ends there",
             ["x", "y", "z"][k],
             ratio(&[lo, hi]),
             if hi > lo { "upper" } else { "lower" }
@@ -129,8 +130,8 @@ pub(crate) fn left_out<const D: usize>(regions: Option<&Regions<'_, D>>, count: 
     let LeftOut { share, volume } = regions?.left_out()?;
     let worth = share * count as f64;
     let text = format!(
-        "no particle is placed in {:.3} % of the domain: what is there is worth {worth:.2e} particles, a share of {share:.1e}, and its mass is carried by \
-         the others; {:.0e} particles would have one there, and a `resolution` of its own has as many as you like",
+        "no particle is placed in {:.3} % of the domain: that part holds {worth:.2e} particles' mass, a share of \
+         {share:.1e}, which the others carry; use {:.0e} particles to resolve it, or give it a `resolution` of its own",
         100.0 * volume,
         1.0 / share
     );

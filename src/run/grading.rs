@@ -1,4 +1,4 @@
-//! The verdict on a report, figure by figure.
+//! Grades the figures of a report one by one and writes the lines of the verdict.
 
 use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic};
@@ -40,10 +40,11 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         let graded = grade(field, 0.01, 0.05);
         let remedy = match graded {
             Grade::Good => "",
-            _ => "; no number of particles mends it, but a quieter snapshot does",
+            _ => "; more particles do not reduce this, a snapshot with less noise does",
         };
         let text = format!(
-            "its densities scatter by {:.2} % about a smooth field, which is known to {:.2} % (1 % is good, 5 % is much){remedy}",
+            "its densities scatter by {:.2} % about a smooth field, which is known to {:.2} % (1 % is good, 5 % is \
+             much){remedy}",
             100.0 * values,
             100.0 * field
         );
@@ -53,7 +54,8 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         && change > LITTLE_HEAT
     {
         let text = format!(
-            "internal energies were changed by {:.1} % to keep the energy (1 % is good): mass is not where it was, as beside sharp surfaces, or motions were not resolved",
+            "internal energies were changed by {:.1} % to keep the total energy (1 % is good): mass has moved, as it does \
+             beside sharp surfaces, or motions were not resolved",
             100.0 * change
         );
         all.push(Finding::new(grade(change, LITTLE_HEAT, 0.1), Topic::Snapshot, text));
@@ -64,7 +66,8 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         let remedy = match graded {
             Grade::Good => "",
             _ => {
-                "; its densities are smooth across surfaces, so that mass moves over them: take the bodies from their own profiles where you can"
+                "; its densities are smooth across surfaces, so mass moves across them: start from the bodies' own \
+                 profiles where possible"
             }
         };
         let text = format!(
@@ -77,11 +80,12 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
     }
     if let Some(conserved) = snapshot.conserved.as_ref().filter(|c| !c.is_energy_kept) {
         let heat = match conserved.energy_factor {
-            None => "no internal energy that could take them up",
-            Some(_) => "too little internal energy to take them up",
+            None => "no internal energy that could absorb them",
+            Some(_) => "too little internal energy to absorb them",
         };
         let text = format!(
-            "kinetic and internal energy together are not those of the snapshot; it has motions that these particles do not resolve, and {heat}"
+            "the sum of kinetic and internal energy differs from that of the snapshot, which has motions that these \
+             particles do not resolve, and {heat}"
         );
         all.push(Finding::new(Grade::Look, Topic::Snapshot, text));
     }
@@ -103,14 +107,14 @@ fn of_certificate(certificate: &Certificate, is_settled: bool) -> (Grade, String
     };
     let remedy = match graded {
         Grade::Good => "",
-        _ if verdict == CertificateVerdict::Unknown => "; it was hardly followed, and more time tells",
+        _ if verdict == CertificateVerdict::Unknown => "; it was followed too briefly; allow more time",
         _ if certificate.has_gravity && is_settled => {
-            "; a longer `settle`, a kernel that keeps particles apart, or more of them leaves less"
+            "; a longer `settle`, a kernel that prevents pairing, or more particles reduces the motion"
         }
         _ if certificate.has_gravity => {
-            "; a kernel that keeps particles apart, more `balance.evaluations`, or `settle` leaves less"
+            "; a kernel that prevents pairing, more `balance.evaluations`, or `settle` reduces the motion"
         }
-        _ => "; a kernel that keeps particles apart, more of them, or more `balance.evaluations` leaves less",
+        _ => "; a kernel that prevents pairing, more particles, or more `balance.evaluations` reduces the motion",
     };
     let kinetic = certificate.kinetic;
     (
@@ -124,7 +128,8 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
     let mass = &report.mass;
     if mass.defect.abs() > LOST_MASS {
         let text = format!(
-            "particles add up to {:.3e} more than the input's mass (1e-6 is good); it is not the input's body",
+            "the sum of particle masses exceeds the input's mass by a fraction of {:.3e} (1e-6 is good); the result is \
+             not the input's body",
             mass.defect
         );
         return Some((Grade::Bad, text));
@@ -133,38 +138,38 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
     match (mass.off, spread) {
         (off, _) if off > SAME_MASS => {
             let remedy = match report.stages.iter().any(|s| s.stage == TRIMMING) {
-                true => "leave out `trim_masses` for the masses themselves",
-                false => {
-                    "those of new particles are changed so that the summed density is right beside those that stay"
-                }
+                true => "leave out `trim_masses` to keep the requested masses",
+                false => "masses of new particles are adjusted so that the density is right beside the particles kept",
             };
             let text =
-                format!("masses differ by up to {:.2} % from those asked for (1 % is good); {remedy}", 100.0 * off);
+                format!("masses differ by up to {:.2} % from those requested (1 % is good); {remedy}", 100.0 * off);
             Some((grade(off, 0.01, f64::INFINITY), text))
         }
         (_, spread) if spread > SAME_MASS => {
-            let text = format!("the largest is {:.3} times the smallest, as the resolution asks", 1.0 + spread);
+            let text = format!("the largest is {:.3} times the smallest, as `resolution` requires", 1.0 + spread);
             Some((Grade::Good, text))
         }
         _ => None,
     }
 }
 
-/// What brings a density error of `mean` down. Where most of it is one factor, which each particle's own part of its sum makes, neither
-/// more particles nor another arrangement do.
+/// What reduces a density error of `mean`. Where most of it is one common factor, which comes from the self-contribution of each
+/// particle to its sum, neither more particles nor another arrangement do.
 fn density_remedy(report: &Report, mean: f64) -> String {
     if let Some(factor) = one_factor(report, mean) {
         let percent = 100.0 * factor;
         if factor.abs() > BIAS {
             return format!(
-                "; {percent:+.2} % is the same everywhere, more than the own part of each particle in its sum: some of the mass is where the target has none, or the other way round"
+                "; {percent:+.2} % is the same everywhere, more than the self-contribution of each particle to its \
+                 density: some mass is where the target has none, or is missing where the target has some"
             );
         }
         return format!(
-            "; {percent:+.2} % is the same everywhere: each particle's own part in its sum, which codes have as well. It moves nothing, and more `neighbors` bring it down"
+            "; {percent:+.2} % is the same everywhere: the self-contribution of each particle to its density, which \
+             simulation codes include as well. It causes no motion, and more `neighbors` reduce it"
         );
     }
-    format!("; {} bring it down", more(report))
+    format!("; {} reduce it", more(report))
 }
 
 /// The factor on all densities, less 1, that is most of a density error of `mean`.
@@ -198,21 +203,21 @@ fn is_crowded(report: &Report) -> bool {
 /// What the mean error and the factor on all densities may differ by, as a part of the mean error, where the factor is most of it.
 const MOSTLY_ONE_FACTOR: f64 = 0.25;
 
-/// On the share of the mass that is in place, of which `more` place more.
+/// On the share of the mass that is in place; `more` improve it.
 fn mass_in_place(share: f64, more: &str) -> (Grade, String) {
     let (grade, remedy) = match share {
         v if v >= 0.95 => (Grade::Good, String::new()),
-        v if v >= 0.5 => (Grade::Look, format!("; {more} place more of it")),
-        _ => (Grade::Bad, "; the body is not the input's: use more particles, or another seeding".into()),
+        v if v >= 0.5 => (Grade::Look, format!("; {more} improve it")),
+        _ => (Grade::Bad, "; the result is not the input's body: use more particles, or another seeding".into()),
     };
     (grade, format!("{:.1} % (95 % is good){remedy}", 100.0 * share))
 }
 
-/// On the same of particles of which most are as they were.
+/// On the share of the mass that is in place where most particles are those of the snapshot.
 fn of_few_boxes(share: f64) -> String {
     format!(
-        "{:.1} % (95 % is good); most particles are the snapshot's own, of which faces of boxes cut through as many as lie there: the new ones are judged by \
-         their density",
+        "{:.1} % (95 % is good); most particles are the snapshot's own, and box faces cut through them; the new ones are \
+         judged by density",
         100.0 * share
     )
 }
@@ -228,7 +233,7 @@ fn pairs(apart: f64, kernel: &str) -> (Grade, String) {
     let remedy = match graded {
         Grade::Good => "",
         _ if kernel.starts_with("Wendland") => "; fewer neighbors keep particles farther apart",
-        _ => "; fewer neighbors or a Wendland kernel keep particles apart",
+        _ => "; fewer neighbors or a Wendland kernel prevent pairing",
     };
     (graded, format!("the closest are {apart:.3} spacings apart (0.5 is good){remedy}"))
 }
@@ -249,8 +254,8 @@ const MUCH_SHIFT: f64 = 0.3;
 /// On how well the mass of the input is known, where that is not well enough.
 fn total_mass(known: f64) -> Option<(Grade, String)> {
     let text = format!(
-        "known to {known:.1e} (1e-3 is good, 1e-2 is much), as are the particles' masses; bound poles, as by max(r, 1e-3), and leave out \
-         structure that is finer than particles"
+        "known to {known:.1e} (1e-3 is good, 1e-2 is much), as are the particle masses; bound the density at poles, for \
+         instance by max(r, 1e-3), and leave out structure that is finer than the particle spacing"
     );
     (!(known <= WELL_KNOWN)).then(|| (grade(known, WELL_KNOWN, HARDLY_KNOWN), text))
 }
@@ -284,14 +289,16 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             (grade, text) = (Grade::Look, of_few_boxes(report.ledger.in_place));
         }
         if grade != Grade::Good && report.balance.is_some() && is_crowded(report) {
-            text.push_str("; a kernel with the pairing instability is balanced with mass out of place: fewer neighbors, as a note says, keep it");
+            text.push_str(
+                "; this kernel has the pairing instability and moved mass during the balance; use fewer neighbors (see the note)",
+            );
         }
         say(grade, Topic::MassInPlace, text);
     }
     if let Some(shift) = report.ledger.largest_shift().filter(|shift| *shift > LITTLE_SHIFT) {
         let text = format!(
-            "the particles of a region lie {shift:.2} spacings beside it as a whole ({LITTLE_SHIFT} is good, {MUCH_SHIFT} is much): they have gathered on one side; \
-             more particles keep them in place"
+            "the particles of a region are shifted by {shift:.2} spacings from their region ({LITTLE_SHIFT} is good, \
+             {MUCH_SHIFT} is much): they have gathered on one side; more particles keep them in place"
         );
         say(grade(shift, LITTLE_SHIFT, MUCH_SHIFT), Topic::MassInPlace, text);
     }
@@ -307,7 +314,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     if let Some(off) = report.renewed {
         let (graded, mut text) = density(off);
         if graded != Grade::Good {
-            text.push_str("; a wider `refine.shell`, over more of the coarser particles' spacings, has less");
+            text.push_str("; a wider `refine.shell`, over more of the coarser particles' spacings, reduces it");
         }
         say(graded, Topic::Density, format!("of the new particles: {text}"));
     }
@@ -318,7 +325,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             (grade, text) = (
                 Grade::Look,
                 format!(
-                    "{text}; with so many the kernel pairs particles in the code as well, and their forces are balanced"
+                    "{text}; with so many neighbors the kernel pairs particles in the code as well, and the forces are \
+                     balanced"
                 ),
             );
         }
@@ -326,24 +334,28 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     if report.noise.interior.is_none() && report.ledger.regions.len() > 1 {
         let text = format!(
-            "{:.1} % of a random set's in the median, and every particle is in reach of one across a jump: forces there are of the jump, \
-             which no arrangement of equal masses is without; a `resolution` with the same spacing on both sides has less",
+            "{:.1} % of a random set's in the median, and every particle is within reach of a discontinuity; the \
+             discontinuity causes these forces in any arrangement of equal masses; a `resolution` with the same spacing \
+             on both sides reduces them",
             100.0 * report.noise.median
         );
         say(grade(report.noise.median, 0.05, f64::INFINITY), Topic::ForceNoise, text);
     }
     if let Some((noise, mean)) = report.noise.interior_median.zip(report.noise.interior) {
-        // What is left of a pressure that is the same everywhere says little of particles that rest in their own.
+        // The noise under a constant pressure says little about particles that are at rest under their own pressure.
         let is_at_rest = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
         let graded = grade(noise, if is_at_rest { UNRESOLVED } else { 0.05 }, UNRESOLVED);
         let remedy = match graded {
-            Grade::Good if is_at_rest && noise > 0.05 => "; forces of the body's own pressure are balanced",
+            Grade::Good if is_at_rest && noise > 0.05 => "; the forces of the body's own pressure are balanced",
             Grade::Good => "",
-            Grade::Look => "; `--quietness 0.9` or more particles are quieter",
-            Grade::Bad => "; the profile changes within a spacing there: particles are too few to resolve it",
+            Grade::Look => "; `--quietness 0.9` or more particles reduce the noise",
+            Grade::Bad => "; the profile changes within a spacing there: too few particles to resolve it",
         };
         let of_few = if mean > OF_FEW * noise {
-            format!(" (their mean square is {:.0} %: a few of them, as about a core, have most of it)", 100.0 * mean)
+            format!(
+                " (root mean square {:.0} %: a few particles, for example around a core, dominate it)",
+                100.0 * mean
+            )
         } else {
             String::new()
         };
@@ -359,7 +371,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let graded = if moves.is_some() { own.max(Grade::Look) } else { own };
         let at_rest = moves.map_or_else(String::new, |motion| {
             format!(
-                "; that is at rest, and its velocities are worth {:.0} % of gravity: `settle` brings what rotates into balance, and `certify` shows what becomes of it",
+                "; this is the force at rest; its motion carries {:.0} % of gravity: `settle` balances rotating bodies, \
+                 and `certify` shows how they evolve",
                 100.0 * motion
             )
         });
@@ -367,13 +380,13 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             (Grade::Good, _) => String::new(),
             (_, Some(why)) => format!("; it is not balanced: {why}"),
             _ if is_balanced && !changed_anything(report) => {
-                "; its balance made the density worse and is not used, as a note says: where the center is denser than particles can resolve, as that of a giant, \
-                 `input.core` takes its place"
+                "; the balance made the density worse and was not used (see the note): where the center is denser than \
+                 the particles can resolve, as in a giant, replace it by `input.core`"
                     .into()
             }
-            _ if is_balanced => "; more particles, or a kernel that keeps them apart, leave less".into(),
-            _ if report.plan.is_balance_unasked() => "; `--balance`, or `--for CODE`, lets it stay still".into(),
-            _ => "; it was not balanced, as there was no time for it, or too few particles".into(),
+            _ if is_balanced => "; more particles, or a kernel that prevents pairing, reduce it".into(),
+            _ if report.plan.is_balance_unasked() => "; `--balance`, or `--for CODE`, keeps it at rest".into(),
+            _ => "; it was not balanced: there was not enough time, or there were too few particles".into(),
         };
         say(
             graded,
@@ -382,7 +395,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         );
     }
     if let Some(why) = report.plan.why_unbalanced().filter(|_| report.plan.is_contradicted) {
-        say(Grade::Bad, Topic::Balance, format!("it is not balanced, and moves as soon as it is let go: {why}"));
+        say(Grade::Bad, Topic::Balance, format!("it is not balanced and will move when the simulation starts: {why}"));
     }
     if let Some((grade, text)) = report.certificate.as_ref().map(|c| of_certificate(c, report.settled.is_some())) {
         say(grade, Topic::Certificate, text);
@@ -398,7 +411,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             grade(cut.share, 1e-3, 0.05),
             Topic::Atmosphere,
             format!(
-                "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach farther out, and `input.atmosphere: keep` cuts nothing",
+                "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach \
+                 farther out, and `input.atmosphere: keep` cuts nothing",
                 cut.share, cut.radius
             ),
         );
@@ -407,7 +421,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
     match report.stop {
         StopReason::Interrupted | StopReason::TimeLimit => {
-            say(Grade::Look, Topic::End, "it was ended early; more time brings it nearer".into());
+            say(Grade::Look, Topic::End, "it stopped early; a longer run converges further".into());
         }
         StopReason::ToleranceMissed => say(Grade::Bad, Topic::End, "the tolerance was not reached".into()),
         _ => {}

@@ -1,12 +1,12 @@
-//! A disc as thick as the code holds it up.
+//! Adjusts the thickness of a disc to the vertical equilibrium that the simulation code computes.
 //!
-//! Sums over neighbors see a layer of some smoothing lengths as thicker and flatter than it is, and push it apart: placed as thick as the gas should
-//! be, it breathes about a thicker rest. For the code that a scene names, rings of the disc are stretched along the axis until in each
-//! sum z a = -sum z g, with the acceleration a that the code finds by its kernel and the gas's temperature, and the gravity g that holds the target,
-//! dP*/dz / rho*. Their ratio falls by twice the stretch.
+//! Sums over neighbors smooth a layer that is only some smoothing lengths thick, and the resulting pressure force pushes it apart: a disc placed with
+//! the thickness of the gas would oscillate about a thicker equilibrium. For the code that a scene names, rings of the disc are stretched along the
+//! axis until in each ring sum z a = -sum z g, with the acceleration a that the code computes from its kernel and the gas's temperature, and the
+//! gravity g that balances the target's pressure, dP*/dz / rho*. The ratio of the two sums falls by twice the stretch.
 //!
-//! Sheared particles do not stay at rest, and viscosity acts on them: where it is known for the code how much of the weight that holds, a has
-//! to hold so much less.
+//! Sheared particles move relative to each other, and viscosity acts on them. Where the share of the weight that viscosity supports is known for the
+//! code, a has to support that much less.
 
 use crate::field::CarriedField;
 use crate::input::displacement::Displaced;

@@ -193,8 +193,8 @@ impl Plan {
         }
     }
 
-    /// Whether seed and WVT are left to themselves because of the number of particles, or because of a seed that may do
-    /// without WVT.
+    /// Whether seeding and WVT go without a polish because of the number of particles, or because of a seeding that may not need
+    /// WVT.
     fn is_bare(&self, scene: &Scene, count: usize) -> bool {
         self.polish == Polish::None
             && (scene.polish.is_none() && count > MAX_BESIDE_SHELLS || scene.seeding.is_some() || scene.order.is_some())
@@ -217,7 +217,7 @@ impl Plan {
         }
     }
 
-    /// Whether the seed alone, without a polish, is nearer to the density than what WVT makes of it: a lattice where the target is
+    /// Whether the seeded positions alone, without a polish, match the density better than WVT would: a lattice where the target is
     /// uniform, shells of many particles without jumps between them.
     fn seed_is_better<const D: usize>(&self, target: &Target<'_, D>, jumps: f64) -> bool {
         let shells = matches!(self.seeding, Seeding::EqualAreaShells | Seeding::Shells);
@@ -248,13 +248,13 @@ impl Plan {
         });
         if self.wvt_iterations == 0 {
             let why = match self.polish {
-                polish if polish.follows_seeding() => "the stage after it starts from the seeding",
+                polish if polish.follows_seeding() => "the stage after it starts from the seeded positions",
                 Polish::None if scene.wvt.iterations.is_none() && thin => THIN,
                 _ if scene.wvt.iterations.is_some() => "wvt.iterations is 0",
                 _ if self.seeding.is_lattice() || self.seeding == Seeding::VariableMasses => {
                     "the lattice is even already"
                 }
-                _ => "the shells of the seed are nearer to the density than WVT gets",
+                _ => "the shells already match the density better than WVT would",
             };
             self.drop("WVT", why);
         } else {

@@ -192,7 +192,7 @@ impl MassReport {
         let grams = self.total_cgs.map(|g| format!(" = {g:.6e} g")).unwrap_or_default();
         writeln!(
             out,
-            "  mass             {:.12e}{grams}; input known to {:.1e}, particles add up to it within {:.1e}",
+            "  mass             {:.12e}{grams}; input known to {:.1e}, sum of particle masses differs by {:.1e}",
             self.total,
             self.quadrature_error,
             self.defect.abs()

@@ -1,4 +1,5 @@
-//! The report's end in words: what is good, what to look at, and what to do about it. Every line has its threshold.
+//! The verdict at the end of a report: which figures are good, which need attention, and what to do about them. Every line states its
+//! threshold.
 
 use crate::relaxation::StopReason;
 use serde::Serialize;
@@ -18,8 +19,8 @@ impl Grade {
     pub fn summary(self) -> &'static str {
         match self {
             Self::Good => "good",
-            Self::Look => "usable; look at what is marked",
-            Self::Bad => "do not use it before what is marked is seen to",
+            Self::Look => "usable; look at the marked lines",
+            Self::Bad => "do not use it until the marked lines are resolved",
         }
     }
 
