@@ -1,4 +1,4 @@
-//! Arguments, and how they override the scene.
+//! Command-line arguments, and how they override the keys of a scene.
 
 use super::choices::{choice, kernel, seeding};
 use super::rank_args::{PlanArgs, ranks, threads};
@@ -14,22 +14,23 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Examples:
   sph-prep --in star.nc --out ic.hdf5 -n 100000      a star for SWIFT, GADGET-4, GIZMO
-  sph-prep --in profile8.data --out star.vtu         a MESA model, to look at in ParaView
+  sph-prep --in profile8.data --out star.vtu         a MESA model, to view in ParaView
   sph-prep --scene box.yaml --out box.hdf5           everything from a scene file
-  sph-prep --in grid.nc --density rho --print-scene  what would be run, as a scene
-  sph-prep help scene.domain                         what a scene can say
-  sph-prep inspect grid.nc                           what a file holds
-  sph-prep convert ic.hdf5 ic.vtu                    particles to another format
+  sph-prep --in grid.nc --density rho --print-scene  the run as a scene, without running it
+  sph-prep help scene.domain                         the keys of a scene
+  sph-prep inspect grid.nc                           the contents of a file
+  sph-prep convert ic.hdf5 ic.vtu                    particles in another format
   sph-prep replicate box.hdf5 --times 8,8,8 --scene star.yaml --out ic.hdf5
-                                                     more particles than memory holds
-  sph-prep check ic.hdf5 --for swift                 whether a code takes it, and what it will sum
-  sph-prep run ic.hdf5 --for swift                   followed forward in time: does it stay still
-  sph-prep plot ic.hdf5                              a page of pictures and figures: ic.html
-  sph-prep formats                                   what can be read and written
+                                                     more particles than fit in memory
+  sph-prep check ic.hdf5 --for swift                 whether a code accepts the file
+  sph-prep run ic.hdf5 --for swift                   whether the gas stays at rest
+  sph-prep plot ic.hdf5                              a page of images and figures: ic.html
+  sph-prep formats                                   formats that can be read and written
   sph-prep compare --scene box.yaml --out methods    which method suits a scene
 
-Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: written, but the tolerance was not reached, a region of
-the target has not its mass, the run was interrupted with --on-interrupt write, or a figure is BAD (--strict).";
+Exit codes: 0 success, 1 failure, 2 wrong usage, 3 not converged: the file was written, but the
+tolerance was not reached, a region of the target does not have its mass, the run was interrupted
+with --on-interrupt write, or a figure is BAD (--strict).";
 
 /// Version, commit and features, each on a line.
 const LONG_VERSION: &str = concat!(
@@ -41,22 +42,24 @@ const LONG_VERSION: &str = concat!(
 );
 
 const COMPARE: &str = "\
-Each METHOD is a variation of the scene, with another seeding as METHOD:SEEDING (solver:shells, seed:random).
-`sph-prep methods` lists both. FOLDER gets compare.csv (a row per step and per state left by a stage),
-compare.json";
+Each METHOD is a variation of the scene; METHOD:SEEDING also changes the seeding (solver:shells,
+seed:random). `sph-prep methods` lists both. FOLDER receives compare.csv (one row for each step and
+for each state at the end of a stage), compare.json";
 
 /// Follows [`COMPARE`].
 const COMPARE_FIGURES: &str = if cfg!(feature = "plots") {
-    ", report.html (tables and figures; it needs nothing else), and two of the figures for the most particles:
-error-against-time.svg, and density-profile.svg of the last method."
+    ", report.html (a self-contained page of tables
+and figures), and two of the figures for the largest number of particles: error-against-time.svg,
+and density-profile.svg of the last method."
 } else {
     ". This build draws no figures (feature plots)."
 };
 
 const COMPARE_EXAMPLE: &str =
-    "\n\n  sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out disc-methods";
+    "\n\n  sph-prep compare --scene disc.yaml -n 1000,10000 --methods wvt,solver,solver:random --out out";
 
-/// Low-noise initial conditions for SPH codes from tabulated or mesh-sampled fields.
+/// Low-noise initial conditions for smoothed particle hydrodynamics (SPH) codes, from profiles, grids, meshes,
+/// particles or expressions.
 #[derive(Debug, Parser)]
 #[command(name = "sph-prep", version, long_version = LONG_VERSION, after_help = EXAMPLES, args_conflicts_with_subcommands = true, arg_required_else_help = true, disable_help_subcommand = true)]
 pub struct Args {
@@ -68,36 +71,37 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Show what a file holds: variables, shapes, units, ranges, and what would be taken for the density.
+    /// Show what a file contains: variables, shapes, units, ranges, and which variable would be used as the density.
     Inspect(InspectArgs),
-    /// Check whether a code takes a particle file, whoever wrote it, and what it will sum.
+    /// Check whether a simulation code accepts a particle file from any program, and what it will compute from it.
     Check(CheckArgs),
-    /// Follow the gas of a particle file, whoever wrote it, forward in time: does it stay still?
+    /// Evolve the gas of any particle file and report whether it stays at rest.
     Run(FollowArgs),
-    /// Convert a particle file to another format; what that cannot hold is listed.
+    /// Convert a particle file to another format, and list what that format cannot hold.
     Convert(ConvertArgs),
-    /// Repeat a relaxed periodic box along its axes, and map it to a target: any number of particles in little memory.
+    /// Repeat a relaxed periodic box along its axes and map it to a target: any number of particles in bounded memory.
     Replicate(ReplicateArgs),
-    /// Write the seeds of a scene, not relaxed, block by block: any number in little memory, or a part per process.
+    /// Write unrelaxed initial positions of a scene block by block, in bounded memory, or one part per process.
     Seed(SeedArgs),
-    /// Foresee a run over ranks, and do nothing of it: memory, time and messages of each, and the file.
+    /// Estimate memory, time and messages of each rank of a parallel run, and the size of its file, without running it.
     Plan(PlanArgs),
-    /// Draw a particle file, whoever wrote it: a page of pictures and figures, or a small picture.
+    /// Plot a particle file from any program: a page of images and figures, or a small image.
     Plot(PlotArgs),
-    /// Print the help of a command, of a scene's keys (scene, scene.domain.box), or of a report's figures (numbers).
+    /// Print help on a command, on the keys of a scene (scene, scene.domain.box), or on the figures of a report
+    /// (numbers).
     Help {
         /// A command, scene.KEY, or numbers.FIGURE.
         topic: Vec<String>,
     },
-    /// Print the JSON Schema of scenes, with which editors complete and check them.
+    /// Print the JSON Schema of scene files, which editors use to complete and check them.
     Schema,
     /// List the formats that can be read and written.
     Formats,
-    /// List the methods that make initial positions (`seeding` in a scene file), and those that can be compared.
+    /// List the seeding methods, which make initial positions, and the methods that can be compared.
     Methods,
-    /// Run a scene through several methods: error, noise and time as tables, JSON and a page of figures.
+    /// Run a scene with several methods, and write error, noise and time as tables, JSON and a page of figures.
     Compare(CompareArgs),
-    /// Print a script that completes commands, options and their values in a shell.
+    /// Print a completion script for a shell.
     Completions {
         /// The shell.
         #[arg(value_enum)]
@@ -114,16 +118,16 @@ pub enum Command {
 pub struct InspectArgs {
     /// File, or the folder of a plotfile.
     pub file: PathBuf,
-    /// Name of the format, where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
-    /// Variable that is the mass density.
+    /// Name of the variable that holds the mass density.
     #[arg(long)]
     pub density: Option<String>,
     /// Value of the time coordinate to read.
     #[arg(long)]
     pub time: Option<f64>,
-    /// What a variable is, where its name does not say it: vel1=velocity-x; may be repeated.
+    /// Role of a variable, if its name does not determine it: vel1=velocity-x; may be repeated.
     #[arg(long, value_name = "NAME=ROLE")]
     pub map: Vec<String>,
 }
@@ -132,13 +136,14 @@ pub struct InspectArgs {
 pub struct CheckArgs {
     /// Particle file.
     pub file: PathBuf,
-    /// The code, and its build, as in the main command.
+    /// The code and its build options, as in the main command.
     #[arg(long = "for", value_name = "CODE")]
     pub target_code: String,
-    /// Name of the format, where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
-    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    /// Treat the box as open, with vacuum outside. GADGET files do not state whether their box is periodic, and are
+    /// treated as periodic by default.
     #[arg(long)]
     pub open: bool,
     /// Print the findings as JSON.
@@ -150,40 +155,44 @@ pub struct CheckArgs {
 pub struct FollowArgs {
     /// Particle file.
     pub file: PathBuf,
-    /// The code, and its build, as in the main command: its kernel, neighbors, constant of gravity and softening are taken.
+    /// The code and its build options, as in the main command; its kernel, number of neighbors, gravitational constant
+    /// and softening are used.
     #[arg(long = "for", value_name = "CODE")]
     pub target_code: String,
-    /// How long, in dynamical times sqrt(R^3/(G M)); without gravity in times in which sound crosses the domain.
+    /// Duration in dynamical times sqrt(R^3/(G M)), or in sound crossing times of the domain if there is no gravity.
     #[arg(long, value_name = "T_DYN", default_value_t = 3.0)]
     pub duration: f64,
-    /// Constant of gravity in the file's units, 0 for none [default: the code's, for a file in 3-D that is not periodic].
+    /// Gravitational constant in the file's units, 0 for no gravity [default: the code's, for a file in 3-D that is not
+    /// periodic].
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gravity: Option<f64>,
-    /// Adiabatic index of gas without materials [default: that of the file, else 5/3].
+    /// Adiabatic index of gas without material numbers [default: that of the file, else 5/3].
     #[arg(long)]
     pub gamma: Option<f64>,
-    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    /// Treat the box as open, with vacuum outside. GADGET files do not state whether their box is periodic, and are
+    /// treated as periodic by default.
     #[arg(long)]
     pub open: bool,
-    /// Damp all motion but flight and rotation of the whole for so long before, and write the particles to --out.
+    /// Before that, damp all motion except translation and rotation of the whole for this time, and write the particles
+    /// to --out.
     #[arg(long, value_name = "T_DYN", requires = "output")]
     pub settle: Option<f64>,
-    /// Particle file for the settled particles.
+    /// Particle file to write after --settle.
     #[arg(long = "out", value_name = "FILE", requires = "settle")]
     pub output: Option<PathBuf>,
-    /// Format of --out, where its name does not say it.
+    /// Format of --out, if its name does not determine it.
     #[arg(long = "to", value_name = "FORMAT")]
     pub to_format: Option<String>,
-    /// Page with the curves, which needs nothing else.
+    /// Write a self-contained HTML page with the curves.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Name of the format, where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
-    /// Seconds after which it ends with what it has.
+    /// Stop after this many seconds and report the result so far.
     #[arg(long, value_name = "SECONDS")]
     pub time_limit: Option<f64>,
-    /// Threads to use [default: all cores]. The figures do not depend on it.
+    /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print all states as JSON.
@@ -198,10 +207,11 @@ pub struct FollowArgs {
 pub struct PlotArgs {
     /// Particle file.
     pub file: PathBuf,
-    /// File to write: a page (.html) or a small picture of the density (.png) [default: the particle file's name with .html].
+    /// File to write: a page (.html) or a small image of the density (.png) [default: the particle file's name with
+    /// .html].
     #[arg(long = "out", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Name of the format, where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
 }
@@ -212,25 +222,27 @@ pub struct ConvertArgs {
     pub from: PathBuf,
     /// Particle file to write.
     pub to: PathBuf,
-    /// Format of the input, where it cannot be told from the file.
+    /// Format of the input, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
-    /// Format of the output, where the extension does not say it.
+    /// Format of the output, if the extension does not determine it.
     #[arg(long = "to", alias = "to-format", value_name = "FORMAT")]
     pub to_format: Option<String>,
     /// Units of the output: cgs, si, solar, planetary, galactic or code [default: those of the input].
     #[arg(long)]
     pub units: Option<String>,
-    /// Units of an input that states none, or units of 1: cgs, si, solar, planetary or galactic.
+    /// Units of an input that states none, or states units of 1: cgs, si, solar, planetary or galactic.
     #[arg(long, value_name = "UNITS")]
     pub input_units: Option<String>,
-    /// Edge of the box, in units of the output, where the input has none.
+    /// Edge length of the box, in units of the output, if the input has no box.
     #[arg(long = "box", value_name = "LENGTH")]
     pub box_size: Option<f64>,
-    /// The box is no boundary: nothing is beyond it. GADGET's files do not say whether their box is periodic, and count as such.
+    /// Treat the box as open, with vacuum outside. GADGET files do not state whether their box is periodic, and are
+    /// treated as periodic by default.
     #[arg(long)]
     pub open: bool,
-    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    /// Write this many files: NAME.0.EXT, NAME.1.EXT and so on for GADGET and similar formats, pieces of a .pvtu for
+    /// VTK.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub files: usize,
     #[command(flatten)]
@@ -240,7 +252,7 @@ pub struct ConvertArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = [COMPARE, COMPARE_FIGURES, COMPARE_EXAMPLE].concat())]
 pub struct CompareArgs {
-    /// Scene file (YAML); its output is not written.
+    /// Scene file (YAML); its output file is not written.
     #[arg(long, value_name = "FILE", required_unless_present = "input")]
     pub scene: Option<PathBuf>,
     /// Density field, instead of the scene's.
@@ -252,13 +264,13 @@ pub struct CompareArgs {
     /// Methods, separated by commas.
     #[arg(long, value_name = "METHOD,...", default_value = DEFAULT)]
     pub methods: String,
-    /// Folder for the files; made if need be.
+    /// Folder for the files; created if needed.
     #[arg(long = "out", value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Threads to use [default: all cores]. Only the times depend on it.
+    /// Number of threads [default: all cores]. Only the times depend on it.
     #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
-    /// Print neither progress nor the table.
+    /// Print neither progress nor table.
     #[arg(long)]
     pub quiet: bool,
 }
@@ -269,10 +281,10 @@ pub struct RunArgs {
     /// Density field: a stellar profile, grid, mesh, table or point cloud.
     #[arg(long = "in", value_name = "FILE")]
     input: Option<PathBuf>,
-    /// Particle file to write; the extension chooses the flavor (.hdf5, .vtu, ...), and .png a small picture instead.
+    /// Particle file to write; the extension selects the format (.hdf5, .vtu, ...); .png writes a small image instead.
     #[arg(long = "out", value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write a page of the run: verdict, pictures, figures, plan and scene, as HTML that needs nothing else.
+    /// Write a self-contained HTML page about the run: verdict, images, figures, plan and scene.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
     /// Number of particles, met exactly [default: 100000].
@@ -281,27 +293,28 @@ pub struct RunArgs {
     /// Scene file (YAML) with everything else; arguments override it.
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// Format of the input, where it cannot be told from the file.
+    /// Format of the input, if it cannot be recognized from the file.
     #[arg(long, value_name = "NAME")]
     format: Option<String>,
-    /// Flavor of the output, where the extension does not settle it.
+    /// Format of the output, if the extension does not determine it.
     #[arg(long, value_name = "NAME")]
     to: Option<String>,
-    /// The code, and its build, that the particles are for: swift, gadget4, gadget2, gizmo, phantom, sph-exa, arepo, pysph,
-    /// dualsphysics, with options as in swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, neighbors and flavor, and balances stars for it.
+    /// Simulation code for which the particles are made: swift, gadget4, gadget2, gizmo, phantom, sph-exa, arepo, pysph
+    /// or dualsphysics, with build options as in swift:wendland-c4,eta=1.2348,scheme=planetary. Sets kernel, number of
+    /// neighbors and format, and balances stars for this code.
     #[arg(long = "for", value_name = "CODE")]
     target_code: Option<String>,
-    /// Variable that is the mass density.
+    /// Name of the variable that holds the mass density.
     #[arg(long, value_name = "NAME")]
     density: Option<String>,
-    /// What a variable is, where its name does not say it: vel1=velocity-x, E=none; may be repeated.
+    /// Role of a variable, if its name does not determine it: vel1=velocity-x, E=none; may be repeated.
     #[arg(long, value_name = "NAME=ROLE")]
     map: Vec<String>,
-    /// Where the rows of a radial table lie: nodes, outer-faces, inner-faces, centers, or auto (where a column of masses
-    /// says).
+    /// Positions of the rows of a radial table: nodes, outer-faces, inner-faces, centers, or auto (if a column of
+    /// masses determines them).
     #[arg(long, value_name = "WHERE", value_parser = choice::<crate::scene::StaggeringName>)]
     staggering: Option<crate::scene::StaggeringName>,
-    /// Value of the input's time coordinate.
+    /// Value of the input's time coordinate to read.
     #[arg(long, value_name = "T")]
     time: Option<f64>,
     /// Boundary of all axes: periodic, reflecting or open.
@@ -310,98 +323,105 @@ pub struct RunArgs {
     /// Units of the output: cgs, si, solar, planetary, galactic, code.
     #[arg(long, value_name = "NAME")]
     units: Option<String>,
-    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    /// Write this many files: NAME.0.EXT, NAME.1.EXT and so on for GADGET and similar formats, pieces of a .pvtu for
+    /// VTK.
     #[arg(long, value_name = "K")]
     files: Option<usize>,
-    /// Refuse to replace an output that is there already.
+    /// Do not overwrite an existing output.
     #[arg(long)]
     no_clobber: bool,
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     double: bool,
-    /// Write parameter files beside the output with which the code of --for starts and runs it as they are.
+    /// Also write parameter files with which the code of --for starts and runs the output without changes.
     #[arg(long)]
     parameters: bool,
-    /// Deflate level of the output, 0 (none) to 9 [default: 4].
+    /// Deflate level of the output, from 0 (none) to 9 [default: 4].
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(0..=9))]
     compression: Option<u8>,
-    /// Kernel of the sums: cubic-spline, quartic, quintic, wendland-c2, wendland-c4, wendland-c6, sinc6 [default: that of the
+    /// SPH kernel: cubic-spline, quartic, quintic, wendland-c2, wendland-c4, wendland-c6, sinc6 [default: that of the
     /// code of --for, else wendland-c4].
     #[arg(long, value_name = "NAME", value_parser = kernel)]
     kernel: Option<KernelName>,
-    /// V n H^d, the number of neighbors [default: that of the code of --for, else 64 in 3-D].
+    /// Number of neighbors, V n H^d [default: that of the code of --for, else 64 in 3-D].
     #[arg(long, value_name = "NUMBER")]
     neighbors: Option<f64>,
-    /// How particles are seeded; `sph-prep methods` lists the names.
+    /// Method for the initial positions; `sph-prep methods` lists the names.
     #[arg(long, value_name = "NAME", value_parser = seeding)]
     seeding: Option<Seeding>,
-    /// crystal: a lattice of exactly N points, relaxed, with the least noise and preferred directions; isotropic: none of
-    /// these [default: isotropic, unless the seeding is a lattice].
+    /// crystal: a relaxed lattice of exactly N points, which has the least noise but preferred directions; isotropic:
+    /// no preferred directions [default: isotropic, unless the seeding is a lattice].
     #[arg(long, value_name = "KIND", value_parser = choice::<crate::scene::Order>)]
     order: Option<crate::scene::Order>,
     /// Seed of all random numbers.
     #[arg(long)]
     seed: Option<u64>,
-    /// WVT iterations [default: 60, or few before a polish]. With --polish none, 0 leaves the seed as it is.
+    /// Iterations of the relaxation by weighted Voronoi tessellation (WVT; Diehl et al. 2015, PASA 32, e048; Arth et
+    /// al. 2019, arXiv:1907.11250) [default: 60, or few before a polish]. With --polish none, 0 leaves the seeded
+    /// positions unchanged.
     #[arg(long, value_name = "COUNT")]
     iterations: Option<usize>,
-    /// What follows WVT: solver (least error and noise), alaric (the paper's dynamics), damped-relaxation, afc
-    /// (away from the closest neighbor) or none.
+    /// Method that follows WVT: solver (least error and noise), alaric (damped dynamics of ALARIC, "an ALgorithm for
+    /// ARbitrary Initial Conditions", as in its paper), damped-relaxation, afc (away from the closest neighbor) or
+    /// none.
     #[arg(long, value_name = "NAME", value_parser = choice::<crate::scene::Polish>)]
     polish: Option<crate::scene::Polish>,
-    /// Then move the particles until the pressure force of the target code cancels gravity: a star that stays still.
+    /// Then move the particles until the pressure force of the target code balances gravity, so that a star stays at
+    /// rest.
     #[arg(long)]
     balance: bool,
-    /// Follow the result forward for so many dynamical times and say whether it stays still: energies, drifts, a verdict.
+    /// Evolve the result for this many dynamical times and report whether it stays at rest: energies, drifts, a
+    /// verdict.
     #[arg(long, value_name = "T_DYN", num_args = 0..=1, default_missing_value = "3")]
     certify: Option<f64>,
-    /// Before that, damp the motion that the code's forces make, for so many dynamical times: for what no balance can hold.
+    /// Before that, damp the motion caused by the code's forces for this many dynamical times; for bodies that cannot
+    /// be balanced.
     #[arg(long, value_name = "T_DYN")]
     settle: Option<f64>,
-    /// What matters more to the solver: 0 the exact density, 1 quiet forces [default: 0.7, or the most that a
-    /// tolerance admits].
+    /// Priority of the solver, from 0 (exact density) to 1 (least force noise) [default: 0.7, or the largest value that
+    /// a tolerance admits].
     #[arg(long, value_name = "0..1")]
     quietness: Option<f64>,
-    /// Plan for an epsilon (mass re-fitted) below, and stop there; exit with 3 if it is not reached.
+    /// Plan for an epsilon (mass re-fitted) below this value, and stop when it is reached; exit with 3 if it is not.
     #[arg(long)]
     tolerance: Option<f64>,
-    /// Stop relaxing after so many seconds, with the best state so far.
+    /// Stop relaxing after this many seconds, and keep the best state so far.
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
-    /// What Ctrl-C leaves: discard (nothing, the default) or write (the best state so far; exit with 3).
+    /// What Ctrl-C does with the result: discard (the default) or write (the best state so far; exit with 3).
     #[arg(long, value_name = "WHAT", value_parser = choice::<crate::scene::OnInterrupt>)]
     on_interrupt: Option<crate::scene::OnInterrupt>,
-    /// Keep what a long run can go on from in FILE, every few minutes, on Ctrl-C and at the time limit.
+    /// Write a checkpoint to FILE every few minutes, on Ctrl-C and at the time limit; --resume continues from it.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Keep placed bodies in FOLDER, and take them from there: another orbit of the same bodies takes no time.
+    /// Store placed bodies in FOLDER and reuse them: another orbit of the same bodies takes no time.
     #[arg(long, value_name = "FOLDER")]
     cache: Option<PathBuf>,
-    /// Go on from a checkpoint of the same scene, to the same bytes; FILE is also the next one's, unless
+    /// Continue from a checkpoint of the same scene; the result is identical; new checkpoints also go to FILE, unless
     /// --checkpoint names another.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Print the resolved scene and stop.
     #[arg(long)]
     pub print_scene: bool,
-    /// Read the input, plan, and print what the stages will take, but place and write nothing.
+    /// Read the input, plan, and print the time and memory that the stages will take, but place and write nothing.
     #[arg(long, conflicts_with = "print_scene")]
     pub dry_run: bool,
-    /// With --print-scene: every key there is, with what it means; unset ones as comments.
+    /// With --print-scene: print every key with its meaning; unset keys appear as comments.
     #[arg(long, requires = "print_scene")]
     pub all: bool,
-    /// Place over so many ranks, each with its part of the particles and of the threads, as over processes that mpirun starts:
-    /// seeds by mass bisection or on shells, WVT and the density solver.
+    /// Place the particles on this many ranks, each with its share of the particles and of the threads, as with
+    /// processes started by mpirun: seeding by mass bisection or on shells, WVT and the density solver.
     #[arg(long, value_name = "COUNT", value_parser = ranks, conflicts_with = "dry_run")]
     pub ranks: Option<usize>,
-    /// Place in so many blocks, one after the other and again until their seams are gone, in memory for one of them: seeds by
-    /// mass bisection or on shells, WVT and the density solver.
+    /// Process this many blocks in turn, repeatedly, until no seams are left; only one is in memory: seeding by mass
+    /// bisection or on shells, WVT and the density solver.
     #[arg(long, value_name = "BLOCKS", value_parser = ranks, conflicts_with_all = ["dry_run", "ranks"])]
     pub in_turn: Option<usize>,
-    /// Folder in which --in-turn keeps the blocks, and from which an interrupted run goes on [default: OUT.blocks].
+    /// Folder in which --in-turn stores the blocks, and from which an interrupted run continues [default: OUT.blocks].
     #[arg(long, value_name = "FOLDER", requires = "in_turn")]
     pub blocks: Option<PathBuf>,
-    /// Threads to use [default: all cores]. The result does not depend on it.
+    /// Number of threads [default: all cores]. The result does not depend on it.
     #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print neither progress nor report.
@@ -410,7 +430,7 @@ pub struct RunArgs {
     /// Print the report as JSON.
     #[arg(long)]
     pub json: bool,
-    /// End with exit code 3 where the verdict marks a figure BAD.
+    /// Exit with code 3 if the verdict marks a figure BAD.
     #[arg(long)]
     pub strict: bool,
 }

@@ -8,13 +8,13 @@ pub struct PlanArgs {
     /// Scene file (YAML).
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
-    /// Number of particles, over the scene's; it may be more than one process can hold.
+    /// Number of particles, overrides the scene's; it may be more than one process can hold.
     #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
     pub particles: Option<usize>,
-    /// How many ranks there are.
+    /// Number of ranks.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
-    /// Threads of each rank [default: all cores].
+    /// Number of threads of each rank [default: all cores].
     #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
     /// Print the plan as JSON.

@@ -30,21 +30,22 @@ pub struct StreamArgs {
     /// Particle file to write.
     #[arg(long = "out", value_name = "FILE", required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
-    /// Flavor of the output, where the extension does not settle it.
+    /// Format of the output, if the extension does not determine it.
     #[arg(long, value_name = "NAME")]
     pub to: Option<String>,
-    /// Write so many files: NAME.0.EXT and so on for GADGET and its kin, pieces of a .pvtu for VTK.
+    /// Write this many files: NAME.0.EXT, NAME.1.EXT and so on for GADGET and similar formats, pieces of a .pvtu for
+    /// VTK.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub files: usize,
-    /// Write file PART of --files alone, from 0, and leave the others to other processes.
+    /// Write only file PART of --files, counted from 0, and leave the others to other processes.
     #[arg(long, value_name = "PART", conflicts_with = "dry_run")]
     pub part: Option<usize>,
     #[command(flatten)]
     pub encoding: EncodingArgs,
-    /// Make all particles, count them, sum their masses and hash their numbers, but write nothing.
+    /// Make all particles, count them, sum their masses and hash their values, but write nothing.
     #[arg(long)]
     pub dry_run: bool,
-    /// Threads to use [default: all cores]. The result does not depend on it.
+    /// Number of threads [default: all cores]. The result does not depend on it.
     #[arg(long, value_parser = threads)]
     pub threads: Option<usize>,
 }
@@ -53,14 +54,14 @@ pub struct StreamArgs {
 pub struct ReplicateArgs {
     /// Particle file with a periodic box.
     pub file: PathBuf,
-    /// How often the box is repeated along each axis.
+    /// Number of copies of the box along each axis.
     #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', required = true)]
     pub times: Vec<usize>,
     /// Scene whose target the copies are mapped to: a product of functions of x, y and z in a box, or a function of the
     /// radius in a ball or shell.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
-    /// Name of the box's format, where it cannot be told from the file.
+    /// Name of the box's format, if it cannot be recognized from the file.
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]
@@ -72,7 +73,7 @@ pub struct SeedArgs {
     /// Scene file (YAML).
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
-    /// Number of particles, over the scene's; it may be more than one process can hold.
+    /// Number of particles, overrides the scene's; it may be more than one process can hold.
     #[arg(short = 'n', long, value_name = "N", value_parser = parse_count)]
     pub particles: Option<usize>,
     /// Seeding: mass-bisection, or shells or equal-area-shells for a radial target [default: the scene's, or mass-bisection].

@@ -1,4 +1,4 @@
-//! What can be compared: named variations of a scene, each over any seeding.
+//! The methods that `compare` knows: named variations of a scene, each with any seeding.
 
 use crate::error::{Error, Result};
 use crate::relaxation::{Bias, Weight, WvtOptions};
@@ -18,7 +18,7 @@ pub struct Variation {
 pub const VARIATIONS: &[Variation] = &[
     Variation {
         name: "seed",
-        summary: "the seed alone",
+        summary: "the seeded positions alone",
         reference: "see `sph-prep methods`",
         change: |scene| {
             scene.wvt.iterations = Some(0);
@@ -27,7 +27,7 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "wvt",
-        summary: "WVT alone, the kernel as weight, bias corrected",
+        summary: "weighted Voronoi tessellation (WVT) alone, the kernel as weight, bias corrected",
         reference: "Diehl et al. 2015, PASA 32, e048, sec. 4; corrections: this program",
         change: |scene| wvt(scene, Weight::Kernel, Bias::Corrected),
     },
@@ -39,13 +39,13 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "wvt-plain",
-        summary: "WVT alone as published: inverse-square weight, bias left in",
+        summary: "WVT alone as published: inverse-square weight, bias not corrected",
         reference: "Diehl et al. 2015, sec. 4",
         change: |scene| wvt(scene, Weight::InverseSquare, Bias::Plain),
     },
     Variation {
         name: "alaric",
-        summary: "WVT, then ALARIC's damped dynamics without splitting",
+        summary: "WVT, then ALARIC (an algorithm for arbitrary initial conditions): damped dynamics without splitting",
         reference: "the ALARIC paper, sec. 2",
         change: |scene| alaric(scene, 0),
     },
@@ -63,7 +63,7 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "afc",
-        summary: "away from the closest neighbor, from the seed",
+        summary: "away from the closest neighbor, from the seeded positions",
         reference: "the ALARIC paper, sec. 5.3",
         change: |scene| {
             scene.wvt.iterations = Some(0);
@@ -84,7 +84,7 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "solver-quiet",
-        summary: "WVT, then the density solver for quiet forces (quietness 1)",
+        summary: "WVT, then the density solver for the least force noise (quietness 1)",
         reference: "this program",
         change: |scene| solver(scene, 1.0),
     },
@@ -98,7 +98,7 @@ fn wvt(scene: &mut Scene, weight: Weight, bias: Bias) {
     scene.wvt.weight = weight;
     scene.wvt.bias = bias;
     scene.polish = Some(Polish::None);
-    // From any seed, also from those that are better without it.
+    // From any seeding, also from those that are better without WVT.
     scene.wvt.iterations = scene.wvt.iterations.or(Some(WvtOptions::new(3).iterations));
 }
 

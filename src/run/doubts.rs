@@ -115,9 +115,9 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     within.sort_by(f64::total_cmp);
     (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then(|| {
         format!(
-            "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its {2} \
-             face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if the box \
-             ends there",
+            "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its \
+             {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if the \
+             box ends there",
             ["x", "y", "z"][k],
             ratio(&[lo, hi]),
             if hi > lo { "upper" } else { "lower" }

@@ -54,8 +54,8 @@ fn of_snapshot(snapshot: &SnapshotReport) -> Vec<Finding> {
         && change > LITTLE_HEAT
     {
         let text = format!(
-            "internal energies were changed by {:.1} % to keep the total energy (1 % is good): mass has moved, as it does \
-             beside sharp surfaces, or motions were not resolved",
+            "internal energies were changed by {:.1} % to keep the total energy (1 % is good): mass has moved, as it \
+             does beside sharp surfaces, or motions were not resolved",
             100.0 * change
         );
         all.push(Finding::new(grade(change, LITTLE_HEAT, 0.1), Topic::Snapshot, text));
@@ -216,8 +216,8 @@ fn mass_in_place(share: f64, more: &str) -> (Grade, String) {
 /// On the share of the mass that is in place where most particles are those of the snapshot.
 fn of_few_boxes(share: f64) -> String {
     format!(
-        "{:.1} % (95 % is good); most particles are the snapshot's own, and box faces cut through them; the new ones are \
-         judged by density",
+        "{:.1} % (95 % is good); most particles are the snapshot's own, and box faces cut through them; the new ones \
+         are judged by density",
         100.0 * share
     )
 }
@@ -254,8 +254,8 @@ const MUCH_SHIFT: f64 = 0.3;
 /// On how well the mass of the input is known, where that is not well enough.
 fn total_mass(known: f64) -> Option<(Grade, String)> {
     let text = format!(
-        "known to {known:.1e} (1e-3 is good, 1e-2 is much), as are the particle masses; bound the density at poles, for \
-         instance by max(r, 1e-3), and leave out structure that is finer than the particle spacing"
+        "known to {known:.1e} (1e-3 is good, 1e-2 is much), as are the particle masses; bound the density at poles, \
+         for instance by max(r, 1e-3), and leave out structure that is finer than the particle spacing"
     );
     (!(known <= WELL_KNOWN)).then(|| (grade(known, WELL_KNOWN, HARDLY_KNOWN), text))
 }
@@ -290,7 +290,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         }
         if grade != Grade::Good && report.balance.is_some() && is_crowded(report) {
             text.push_str(
-                "; this kernel has the pairing instability and moved mass during the balance; use fewer neighbors (see the note)",
+                "; this kernel has the pairing instability and moved mass during the balance; use fewer neighbors (see \
+                 the note)",
             );
         }
         say(grade, Topic::MassInPlace, text);
@@ -371,8 +372,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let graded = if moves.is_some() { own.max(Grade::Look) } else { own };
         let at_rest = moves.map_or_else(String::new, |motion| {
             format!(
-                "; this is the force at rest; its motion carries {:.0} % of gravity: `settle` balances rotating bodies, \
-                 and `certify` shows how they evolve",
+                "; this is the force at rest; its motion carries {:.0} % of gravity: `settle` balances rotating \
+                 bodies, and `certify` shows how they evolve",
                 100.0 * motion
             )
         });

@@ -115,10 +115,10 @@ pub struct Scene {
     #[schemars(schema_with = "schema::optional_count", example = &"100k")]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "count::optional_count")]
     pub particles: Option<usize>,
-    /// Of all random numbers: another one gives another arrangement that is as good.
+    /// Seed of all random numbers. Another seed gives another arrangement of the same quality.
     pub seed: u64,
-    /// How the positions begin: by default equal-area shells for radial targets in a 3-D ball that the density solver follows, else mass
-    /// bisection.
+    /// Method for the initial positions; by default equal-area shells for radial targets in a 3-D ball if the density solver follows, else
+    /// mass bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
     /// Whether particles make a crystal, for the least noise (a face-centered cubic lattice unless `seeding` names another), or lie
@@ -146,7 +146,7 @@ pub struct Scene {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_contrast: Option<f64>,
     pub wvt: WvtInput,
-    /// What follows WVT; by default the density solver where time and memory allow.
+    /// The method that follows WVT; by default the density solver if time and memory allow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polish: Option<Polish>,
     pub alaric: AlaricInput,

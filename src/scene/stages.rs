@@ -1,4 +1,4 @@
-//! What a scene says of the stages, and of what is kept of them on the way.
+//! The keys of a scene for the relaxation stages, checkpoints and the cache.
 
 use crate::error::{Error, Result};
 use crate::relaxation::{
@@ -9,11 +9,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The WVT stage.
+/// Relaxation by weighted Voronoi tessellation (WVT). Sources: Diehl et al. 2015, PASA 32, e048; Arth et al. 2019, arXiv:1907.11250.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WvtInput {
-    /// By default what the seed and the polish that follows need: 60 without a polish, few before one.
+    /// Number of iterations. The default depends on the seeding and on the polish that follows: 60 without a polish, few before one.
     #[schemars(schema_with = "super::schema::optional_count", example = 60)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub iterations: Option<usize>,
@@ -36,17 +36,17 @@ impl Default for WvtInput {
     }
 }
 
-/// What follows WVT.
+/// The method that follows WVT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Polish {
     /// The density solver.
     Solver,
-    /// The damped dynamics of the ALARIC paper.
+    /// The damped dynamics of ALARIC ("an ALgorithm for ARbitrary Initial Conditions", its paper's sec. 2).
     Alaric,
-    /// The same without velocity stops and splitting: damped relaxation as usual (the paper's sec. 1.4.3).
+    /// The same without velocity stops and splitting: the usual damped relaxation (the ALARIC paper's sec. 1.4.3).
     DampedRelaxation,
-    /// Away from the closest neighbor: the naive method that the paper compares with (its sec. 5.3).
+    /// Away from the closest neighbor: the naive method with which the ALARIC paper compares (its sec. 5.3).
     Afc,
     /// Nothing.
     None,
@@ -107,7 +107,8 @@ impl Order {
     }
 }
 
-/// The ALARIC stage.
+/// ALARIC, "an ALgorithm for ARbitrary Initial Conditions". Isothermal SPH with damping, in a fictitious potential that drives the
+/// density to its target (the ALARIC paper's sec. 2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AlaricInput {
@@ -155,7 +156,7 @@ impl Default for AlaricInput {
     }
 }
 
-/// The AFC stage.
+/// AFC, away from the closest neighbor (the ALARIC paper's sec. 5.3).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AfcInput {
