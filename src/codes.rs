@@ -1,4 +1,4 @@
-//! Simulation codes as targets: what each sums and with which constants, as far as an initial condition depends on it.
+//! Target simulation codes: the SPH sums and constants of each, as far as an initial condition depends on them.
 
 mod contrast;
 

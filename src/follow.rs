@@ -1,4 +1,4 @@
-//! The gas of a particle file, whoever wrote it, followed forward in time as a code would: does it stay still?
+//! Evolves the gas of any particle file in time as a simulation code would, and reports whether it stays at rest.
 //!
 //! Neighbors, kernel, constant of gravity and the softening of point masses are those of the code, the adiabatic index is the file's. What it
 //! does not say is stated: that index, where it is not 5/3, and gravity where units are pure numbers.

@@ -1,4 +1,4 @@
-//! Where functions of one variable vanish.
+//! Finds the roots of functions of one variable.
 
 /// Narrowings of a bracket; each halves it at least every fourth time.
 const MOST_STEPS: usize = 200;

@@ -194,8 +194,12 @@ fn seeds_on_shells_are_written_in_parts() {
     for args in [&seeds[..], &whole[..]] {
         let outcome = sph_prep(&[args, &common[..]].concat());
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-        let tells =
-            ["seeds are equal-area-shells", "off the target as the kernel sees it", "closest pair there", "s in all"];
+        let tells = [
+            "the seeding is equal-area-shells",
+            "off the target as the kernel sees it",
+            "closest pair there",
+            "s in all",
+        ];
         let told = tells.iter().all(|words| outcome.stdout.contains(words));
         assert!(told || args[0] != "seed", "{}", outcome.stdout);
     }

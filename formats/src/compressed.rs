@@ -1,4 +1,4 @@
-//! Files in gzip, xz or Zstandard: unpacked beside other temporary files, read as what is in them, and removed.
+//! Files compressed with gzip, xz or Zstandard: they are unpacked into a temporary file, read, and the temporary file is removed.
 //!
 //! A stream that is made to burst takes no more than [`LARGEST_RATIO`] times the file.
 

@@ -1,4 +1,4 @@
-//! Errors of readers and writers: whose fault it is, where, what was found, what was expected.
+//! Errors of readers and writers. Each states whose fault it is, where it is, what was found and what was expected.
 
 use std::path::{Path, PathBuf};
 

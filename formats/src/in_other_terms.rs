@@ -1,4 +1,4 @@
-//! The same particles in other terms: counted from another point, or in other units.
+//! Transforms particles to another origin or to other units.
 
 use crate::model::{Column, ParticleFile, Values};
 use crate::units::{UnitDimension, UnitSystem};

@@ -1,5 +1,5 @@
-//! How a file in HDF5 with GADGET's groups is laid out. Readers here take more than any code does, and make one meaning of it;
-//! codes open what they open, by its name, and count on its length.
+//! The layout of an HDF5 file with GADGET's groups. The readers here accept more layouts than any code does, and map them to one meaning; a code
+//! opens a dataset by its exact name, and relies on its length.
 
 /// One file as it was written.
 #[derive(Debug, Clone, PartialEq, Default)]

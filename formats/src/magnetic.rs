@@ -1,4 +1,4 @@
-//! Magnetic fields of particles as each code takes them.
+//! Magnetic fields of particles, in the units and form that each code expects.
 //!
 //! In memory a column [`MAGNETIC_FIELD`] is in units in which the magnetic pressure is B^2/2 (Lorentz and Heaviside's), as in most codes
 //! and tests of codes: one is sqrt(4 pi P) gauss for a unit of pressure P in cgs. Files have

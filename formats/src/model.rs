@@ -1,4 +1,4 @@
-//! The plain data between files and placement: fields as read, particles as written.
+//! The plain data that is exchanged between files and placement: fields as read, particles as written.
 //!
 //! Numbers are in the units stated by each variable or header; nothing is converted here.
 

@@ -1,4 +1,4 @@
-//! "Did you mean": the known word that is most like an unknown one.
+//! "Did you mean": the known word that is most similar to an unknown one.
 
 /// The candidate that differs from `word` by its case alone, else the one that is fewest typing errors away (insertions,
 /// deletions, replacements and swaps of neighbors: Damerau 1964), if these are at most a third of its letters.

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Output files that appear complete or not at all.
 
 use crate::error::{FormatError, Result};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The names under which placement hands particle columns to the writers. Each flavor maps them to its own.
+//! The names that placement gives to particle columns. Each flavor maps them to its own names.
 
 use crate::units::UnitDimension;
 

@@ -1,4 +1,4 @@
-//! Keys of what is known of a particle file beside its numbers.
+//! Keys under which the provenance of a particle file is stored.
 
 /// The key of the provenance under which readers of snapshots in several files say which ones those were.
 pub const FILES_KEY: &str = "Files";

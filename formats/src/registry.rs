@@ -1,4 +1,4 @@
-//! What a format is, and how the right one is found for a file.
+//! The description of a format, and the search for the format of a file.
 
 use crate::axis_units;
 pub use crate::capabilities::{Capabilities, Columns, FixedCorner, Origin};

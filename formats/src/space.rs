@@ -1,4 +1,4 @@
-//! Whether a disk has room for what is about to be written.
+//! Checks whether a disk has enough space for the file that is about to be written.
 
 use crate::error::{FormatError, Result};
 use crate::model::{Values, WriteOptions};

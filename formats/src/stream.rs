@@ -1,4 +1,4 @@
-//! Particles that are made while they are written, so that there may be more of them than memory holds.
+//! Particles that are generated while they are written, so that there may be more of them than fit in memory.
 
 use crate::error::Result;
 use crate::model::{Column, ParticleFile, ParticleTable, RunHeader, Species, Values};

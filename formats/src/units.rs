@@ -1,4 +1,4 @@
-//! Units at the border: what a file states, and the system in which particles are written.
+//! Units of input and output: those that a file states, and the system in which particles are written.
 //!
 //! Solar and terrestrial values are the nominal ones of IAU 2015 resolution B3 (GM and radii) over the CODATA
 //! 2018 constant of gravity; astronomical unit and parsec are exact (IAU 2012 B2, 2015 B2).

@@ -1,4 +1,4 @@
-//! Eight values at a time, of which those that are wanted are moved next to each other.
+//! Compacts eight values at a time: the selected ones are moved next to each other.
 //!
 //! Neighbors are picked out of the leaves of a tree this way. One by one they took longer than all that is summed over them.
 

@@ -1,4 +1,4 @@
-//! A point mass at a fixed place whose attraction is softened, in three dimensions; the constant of gravity is 1.
+//! A fixed point mass with softened gravity in three dimensions; the gravitational constant is 1.
 //!
 //! Beyond the softening radius H it attracts as a point. Within, its mass is spread as a kernel of that support: the cubic spline, as in
 //! Phantom (H = 2 hsoft; Price & Monaghan 2007, MNRAS 374, 1347), GADGET and AREPO (H = 2.8 times the Plummer-equivalent length;

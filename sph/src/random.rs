@@ -1,4 +1,4 @@
-//! Random numbers keyed by what they are for, never by the thread that draws them.
+//! Random numbers keyed by their purpose, not by the thread that draws them.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;

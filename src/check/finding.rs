@@ -1,4 +1,4 @@
-//! What a check says.
+//! The findings of a check.
 
 use serde::Serialize;
 use sph_formats::Species;

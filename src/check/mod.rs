@@ -1,4 +1,4 @@
-//! Whether a code takes a particle file, and what it will make of it.
+//! Checks whether a simulation code accepts a particle file, and what it will compute from it.
 //!
 //! Everything that a code would stumble over, whoever wrote the file: missing and impossible values, numbers that are used
 //! twice, places outside of the box, pairs; then what it sums with its own kernel: densities against those in the file,

@@ -1,4 +1,4 @@
-//! What codes would stumble over in a header and in columns.
+//! Checks values in the header and the columns that a simulation code cannot use.
 
 use super::finding::{Finding, Level, add, named};
 use crate::codes::{AS_PLANETARY, TargetCode};

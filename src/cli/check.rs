@@ -1,4 +1,4 @@
-//! `sph-prep check`: whether a code takes a file.
+//! `sph-prep check`: whether a simulation code accepts a file.
 
 use super::args::CheckArgs;
 use super::exit::{FAILURE, SUCCESS};

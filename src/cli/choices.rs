@@ -1,4 +1,4 @@
-//! Words that options take, as the scene has them.
+//! Values of options that take one of several words; the words are those of the scene.
 
 use crate::seeding::{METHODS, Seeding};
 use serde::Deserialize;

@@ -1,5 +1,5 @@
-//! `sph-prep convert`: particles from one format to another. What the target cannot hold is found by reading the new
-//! file back, so that the list is what happened and not what a table says.
+//! `sph-prep convert`: particles from one format to another. The new file is read back to find what its format cannot hold, so that the list
+//! describes what actually happened.
 
 use super::args::ConvertArgs;
 use super::files::{particles, particles_in};

@@ -1,4 +1,4 @@
-//! Particle files that commands are given.
+//! Opens the particle files that commands receive.
 
 use crate::error::{Error, Result};
 use sph_formats::{FieldRequest, FileContent, FormatSpec, ParticleFile};

@@ -1,4 +1,4 @@
-//! `sph-prep run`: the gas of a particle file followed forward in time.
+//! `sph-prep run`: evolves the gas of a particle file in time.
 
 use super::args::FollowArgs;
 use super::exit::{NOT_CONVERGED, SUCCESS};

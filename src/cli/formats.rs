@@ -1,4 +1,4 @@
-//! The table of formats, made from their data sheets.
+//! The table of formats, generated from their data sheets.
 
 use sph_formats::FormatSpec;
 

@@ -1,4 +1,4 @@
-//! `sph-prep inspect`: what a file holds.
+//! `sph-prep inspect`: the contents of a file.
 
 use super::args::InspectArgs;
 use crate::error::Result;

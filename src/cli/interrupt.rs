@@ -1,4 +1,4 @@
-//! What an interrupt (Ctrl-C), hangup or termination does.
+//! Handles interrupts (Ctrl-C), hangups and termination.
 //!
 //! Where nothing would be kept (while reading, seeding, measuring and writing, and in stages without a checkpoint), the
 //! process ends at once: outputs appear by renaming, so that none is left half-written. A stage whose state is kept stops

@@ -1,4 +1,4 @@
-//! The table of seeding methods, made from their data sheets.
+//! The table of seeding methods, generated from their data sheets.
 
 use crate::seeding::METHODS;
 

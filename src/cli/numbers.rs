@@ -1,4 +1,4 @@
-//! What the figures of a verdict mean, from the manual's page: `sph-prep help numbers`.
+//! The explanations of a verdict's figures, from the manual's page: `sph-prep help numbers`.
 
 use crate::error::{Error, Result};
 use crate::run::verdict::EXPLANATIONS;

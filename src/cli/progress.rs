@@ -1,4 +1,4 @@
-//! Progress on a terminal; silence when piped or asked for.
+//! Progress on a terminal; nothing is shown if the output is piped or `--quiet` is given.
 //!
 //! Every step of a run has a line, from its second second on: a bar where its end is known or foreseen, with what is left of it.
 

@@ -1,4 +1,4 @@
-//! Arguments of runs over several ranks.
+//! Arguments of parallel runs.
 
 use crate::scene::parse_count;
 use std::path::PathBuf;

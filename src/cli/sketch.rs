@@ -1,4 +1,4 @@
-//! A small picture of what was written, in terminals that can show one.
+//! A small image of the result, for terminals that can show images.
 //!
 //! Two protocols are spoken, by terminals that say in the environment that they know them: kitty's
 //! (sw.kovidgoyal.net/kitty/graphics-protocol) and iTerm2's (iterm2.com/documentation-images.html). Sixels are not: whether a terminal

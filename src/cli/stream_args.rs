@@ -1,4 +1,4 @@
-//! Arguments of what makes particles while they are written.
+//! Arguments of the commands that generate particles while writing them.
 
 use super::choices::seeding;
 use super::rank_args::threads;

@@ -1,4 +1,4 @@
-//! `sph-prep replicate` and `sph-prep seed`: particles that are made while they are written.
+//! `sph-prep replicate` and `sph-prep seed`, which generate particles while writing them.
 
 use super::progress::Progress;
 use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
@@ -62,10 +62,10 @@ fn taken(start: Instant) -> String {
     format!("{:.2} s in all\n", start.elapsed().as_secs_f64())
 }
 
-/// Writes the seeds of a scene; returns what was written.
+/// Writes the initial positions of a scene; returns what was written.
 ///
 /// # Errors
-/// A scene whose seeds are not made block by block, and what the writer says.
+/// A scene whose initial positions are not made block by block, and errors of the writer.
 pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     let start = Instant::now();
     let mut scene = Scene::load(&args.scene)?;
@@ -90,7 +90,7 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     })
 }
 
-/// What seeds are like before anything relaxes them.
+/// Measures of the initial positions before any relaxation.
 fn measured(figures: Option<PatchFigures>) -> String {
     let Some(PatchFigures { places, smoothed, smoothed_refitted, all, closest_pair }) = figures else {
         return String::new();

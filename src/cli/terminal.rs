@@ -1,4 +1,4 @@
-//! What a terminal is shown and a pipe is not: lines that fit, and colors.
+//! Output for terminals only, not for pipes: fitted lines and colors.
 //!
 //! Programs that read a pipe get each line whole, as it was written.
 

@@ -1,4 +1,4 @@
-//! The last line of a run: what was written, how large it is, and what it is good for.
+//! The last line of a run: the file that was written, its size, and the worst grade of the verdict.
 
 use crate::output::parameters;
 use crate::run::destination::intended_format;

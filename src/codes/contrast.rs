@@ -1,4 +1,4 @@
-//! Masses of gas that differ by more than codes bear.
+//! Detects gas particle masses that differ by more than simulation codes tolerate.
 
 use super::TargetCode;
 use sph_formats::Values;

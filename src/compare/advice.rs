@@ -1,4 +1,4 @@
-//! Which method to take, and why.
+//! Recommends a method, with the reasons.
 
 use super::comparison::{Comparison, MethodRun, State};
 use std::fmt::Write;

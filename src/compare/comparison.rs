@@ -1,4 +1,4 @@
-//! What a comparison says: methods, their runs, and the states that seed and stages leave.
+//! The result of a comparison: methods, their runs, and the states after the seeding and after each stage.
 
 use crate::metrics::{DensityError, ErrorFigures, NeighborFigures, NoiseFigures};
 #[cfg(feature = "plots")]
@@ -72,7 +72,7 @@ pub struct Step {
     pub epsilon: f64,
 }
 
-/// What the seed or a stage left, measured.
+/// Measures of the state after the seeding or after a stage.
 #[derive(Debug, Clone, Serialize)]
 pub struct State {
     pub stage: &'static str,

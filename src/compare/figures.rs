@@ -1,4 +1,4 @@
-//! Which figures a comparison has, and what they show.
+//! The figures of a comparison.
 
 use super::comparison::{Comparison, MethodRun};
 use crate::page::{Axis, CURVES, Curve, Figure, Mark, density_profile};
@@ -56,7 +56,7 @@ pub(super) fn noise_against_time(comparison: &Comparison, count: usize) -> Figur
         curve(&run.method, color, Mark::LineAndDots(4.0), states.map(|s| (s.seconds, s.shown_noise())).collect())
     });
     Figure::new(
-        format!("Force noise after seed and stages, {count} particles"),
+        format!("Force noise after seeding and stages, {count} particles"),
         Axis::logarithmic("time [s]"),
         Axis::logarithmic("force noise [of a random set's]"),
         curves.collect(),

@@ -1,9 +1,9 @@
-//! The same scene through several methods at several numbers of particles: error, noise and time of each.
+//! Runs the same scene with several methods at several numbers of particles, and compares error, noise and time.
 //!
-//! Every iteration gives the epsilon that its stage watches; the states that the seed and each stage leave are
-//! measured as a run's result is. Times are those of seeding and relaxing, without the measuring.
+//! Every iteration gives the epsilon that its stage monitors; the states after the seeding and after each stage are
+//! measured in the same way as the result of a run. Times are those of seeding and relaxation, without the measurements.
 //!
-//! The page and its figures are drawn with the feature `plots`; without it there are the table and the JSON.
+//! The page and its figures are drawn with the feature `plots`; without it only the table and the JSON are written.
 
 mod advice;
 mod comparison;

@@ -1,4 +1,4 @@
-//! The report of a comparison: one page with its figures inside, which fetches nothing.
+//! The report of a comparison: one self-contained page with its figures.
 
 use super::advice::advice;
 use super::comparison::Comparison;

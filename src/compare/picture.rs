@@ -1,4 +1,4 @@
-//! The particles of a result as the figures show them.
+//! Images of the particles of a result, for the figures of a comparison.
 
 use crate::input::internal_units::Prepared;
 use crate::metrics::{Detail, Outcome};

@@ -6,8 +6,8 @@ use crate::metrics::ErrorFigures;
 use crate::run::verdict::ending;
 use std::fmt::Write;
 
-/// Columns of the CSV. A row is a step (an iteration: its `epsilon_watched` alone) or a state (what the seed or a
-/// stage left: everything else). What does not apply is empty. Epsilon, mean and max are as in the run report.
+/// Columns of the CSV. A row is a step (an iteration: only its `epsilon_watched`) or a state (after the seeding or
+/// after a stage: everything else). What does not apply is empty. Epsilon, mean and max are as in the run report.
 pub const CSV_COLUMNS: [&str; 26] = [
     "method",
     "particles",

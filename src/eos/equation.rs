@@ -1,4 +1,4 @@
-//! The equation of state of a material: which of them it is, and what each says.
+//! The equation of state of a material: which one it is, and its functions.
 
 use super::barotropic::Barotropic;
 use super::error::{EosError, positive};

@@ -1,4 +1,4 @@
-//! What equations of state are asked, and what they cannot answer.
+//! The thermal variable that is given in addition to a pressure, and the errors of equations of state.
 
 use std::fmt;
 use std::path::PathBuf;

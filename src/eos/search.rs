@@ -1,4 +1,4 @@
-//! What an equation of state says the other way round: densities, energies and adiabats.
+//! Inverse functions of an equation of state: densities, energies and adiabats.
 
 use super::equation::EquationOfState;
 use super::error::{EosError, Warmth};

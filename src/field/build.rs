@@ -1,4 +1,4 @@
-//! From a file's numbers to a [`Source`].
+//! Builds a [`Source`] from the numbers of a file.
 
 use super::build_grid::{cartesian, curvilinear, geographic};
 use super::build_input::Input;

@@ -1,4 +1,4 @@
-//! Sources from rectilinear grids.
+//! Builds sources from rectilinear grids.
 
 use super::build_input::{Input, Repeats, check_ascending};
 use super::centering::{Known, SLACK, cell_axis, even_step, periodic_axis};

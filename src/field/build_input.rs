@@ -1,4 +1,4 @@
-//! What every kind of geometry makes a source of, and the checks that they share.
+//! The common input of all builders of sources, and the checks that they share.
 
 use super::categorical::carried_field;
 use super::check::check_density;

@@ -1,4 +1,4 @@
-//! Sources from radial profiles.
+//! Builds sources from radial profiles.
 //!
 //! A scalar column named like a velocity, with a velocity's unit or none, becomes a vector along the radius;
 //! every other column stays a scalar.

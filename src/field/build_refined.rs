@@ -1,4 +1,4 @@
-//! Sources from cells of several sizes.
+//! Builds sources from cells of several sizes.
 
 use super::build_input::Input;
 use super::check::point_text;

@@ -1,4 +1,4 @@
-//! A surface from a file as a domain, with an expression for the density inside.
+//! Builds a domain from a surface in a file, with an expression for the density inside.
 
 use super::check::point_text;
 use super::mass::check_mass;

@@ -1,5 +1,5 @@
-//! Bounding-box tree: which boxes hold a point, and which item is nearest. Unlike a tree of cell centers it
-//! stays exact for cells of very different sizes. Built by median splits in O(n log n), depth log2 n.
+//! Bounding-box tree: finds the boxes that contain a point, and the nearest item. Unlike a tree of cell centers it stays exact for cells of very
+//! different sizes. Built by median splits in O(n log n), depth log2 n.
 
 const LEAF: usize = 4;
 

@@ -1,4 +1,4 @@
-//! Variables that particles take from the input beside its density.
+//! Carried variables: those that particles receive from the input in addition to its density.
 
 use sph_formats::Unit;
 

@@ -1,5 +1,5 @@
-//! Variables that name kinds, such as materials. Between two points of the input a particle takes the kind of the larger
-//! weight, not a number between the two.
+//! Categorical variables, such as material numbers. Between two points of the input a particle receives the category of larger weight, not an
+//! intermediate number.
 //!
 //! Every sampler is a weighted sum of the input's values. Sampling a variable that is 1 where the input is of a kind and
 //! 0 elsewhere therefore gives that kind's weight.

@@ -1,5 +1,5 @@
-//! Whether the nodes of a periodic axis are the middles of cells, so that N of them span N dx, or lie at both ends of the
-//! period with the last one a repetition of the first, so that they span (N - 1) dx.
+//! Determines whether the nodes of a periodic axis are cell centers, so that N of them span N dx, or include both ends of the period, the last
+//! repeating the first, so that they span (N - 1) dx.
 //!
 //! Values alone do not say it: those of two slices may agree by chance. What decides, in this order, is a statement of the
 //! file (bounds of cells, cell data), one of the scene (`input.centering`, or a box that has one of the two lengths), and

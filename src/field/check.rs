@@ -1,4 +1,4 @@
-//! Checks that a file's numbers can be a density. Errors name the first number that cannot.
+//! Checks that the numbers of a file are a valid density. Errors name the first invalid number.
 
 use super::Missing;
 use super::quadrature::binade;

@@ -1,4 +1,4 @@
-//! Integrals over regions that know where lines are inside.
+//! Integrals over regions that know which parts of a line lie inside them.
 
 use super::MassEstimate;
 use super::bvh::Aabb;

@@ -1,4 +1,4 @@
-//! Facets of surfaces: their nearest points, and which of many is nearest.
+//! Facets of surfaces: the nearest point of one, and the search for the nearest of many.
 //!
 //! An axis-aligned box around a tilted facet extends far beyond it. A search by such boxes alone has to examine every facet whose box is
 //! closer than the nearest facet, and on a fine surface this number grows as facets become smaller. Each node therefore also has a plate, a flat

@@ -1,5 +1,5 @@
-//! Where free particles may be among others that are held: a number density that is that of each held particle at its place alone, and zero
-//! elsewhere in what is taken.
+//! The number density for free particles that are relaxed among held ones: in the space that held particles take it is that of each held particle
+//! at its own position and zero elsewhere, and in the rest of the domain it is that of the free particles.
 
 use super::ScalarField;
 use super::cloud::Cloud;

@@ -1,4 +1,4 @@
-//! One axis of a rectilinear grid: where a coordinate falls, and with which weights values count.
+//! One axis of a rectilinear grid: finds the interval of a coordinate, and the weights of the values there.
 //!
 //! Values sit at points: nodes, or the centers of cells between edges. Beyond the first and last center of a
 //! cell axis that does not repeat, values continue as constants to the outer edges. A point repeated in

@@ -1,5 +1,5 @@
-//! Integrals of a grid's interpolant over boxes, as sums over the values in them: cells of a target that is rough from one cell of the
-//! grid to the next have their masses to rounding.
+//! Integrals of a grid's interpolant over boxes, as sums over the values in them, so that the cells of a target whose density varies strongly
+//! from one grid cell to the next have their masses to rounding.
 
 use super::Interpolation;
 use super::grid::Grid;

@@ -1,4 +1,4 @@
-//! How a density changes within a cell of a grid.
+//! The variation of a density within a cell of a grid.
 
 /// How values change within a cell, by the place in it, from -1 to 1 along each axis.
 #[derive(Clone, Copy)]

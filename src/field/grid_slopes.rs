@@ -1,5 +1,5 @@
-//! Piecewise linear reconstruction from the means of a grid's cells: in each a slope along each axis, and how these change along the others, which
-//! keeps the cell's mass.
+//! Piecewise linear reconstruction from the cell averages of a grid: a slope along each axis of a cell, and mixed derivatives, which conserve the
+//! cell's mass.
 //!
 //! A cell beside a jump has van Leer's slope (1974, J. Comput. Phys. 14, 361): the harmonic mean of those to the two neighbors, 0 where these differ in
 //! sign. In an even field it is hence even there, and the jump stays in the face. Where the bends of a cell and of its neighbors have one sign, the field

@@ -1,4 +1,4 @@
-//! The region that a mesh fills: containment is asked of the cells, the surface of the mesh's skin.
+//! The region that a mesh fills: its cells decide whether a point is inside, and the skin of the mesh is its surface.
 
 use super::mesh::Mesh;
 use sph::domain::Hull;

@@ -1,4 +1,4 @@
-//! Which interval between ascending nodes a value lies in.
+//! Finds the interval between ascending nodes that contains a value.
 
 use std::ops::Deref;
 

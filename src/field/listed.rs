@@ -1,4 +1,5 @@
-//! Points that each have a list of the nearest others: which one is nearest to a place is found by a walk from the one that a place before it was nearest to.
+//! Points with lists of their nearest neighbors: the point nearest to a position is found by a walk that starts at the result for an earlier
+//! position.
 //!
 //! With points of the list of `i` that are all within its reach `R_i`, a point is the nearest of all to a place `x` if none of its list is nearer and
 //! `2 |x - x_i| <= R_i`: whatever is nearer to `x` is no farther than twice that from `x_i`, and so in the list. Where this cannot be known a tree is

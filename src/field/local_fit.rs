@@ -1,4 +1,4 @@
-//! Polynomials of second degree about a point by weighted least squares: values around it without their noise.
+//! Polynomials of second degree about a point by weighted least squares, which smooth the noise of the values around it.
 //!
 //! Offsets are in units of the distance up to which the weights `(1 - (d/R)^2)^2` reach. Where points lie in a plane or on a line, or are too
 //! few, the polynomial is of first degree.

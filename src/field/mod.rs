@@ -1,4 +1,4 @@
-//! Interpolants: the values between a file's numbers, and of an expression, at any point.
+//! Interpolants: the values of a file's data, or of an expression, at any point.
 //!
 //! | input | interpolant | mass |
 //! |---|---|---|

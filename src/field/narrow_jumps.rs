@@ -1,4 +1,5 @@
-//! Steps of a radial table that are narrower than any particles resolve: discontinuities, though their two sides have radii of their own.
+//! Steps of a radial table that are too narrow for particles to resolve. They are treated as discontinuities, although their two sides have
+//! different radii.
 //!
 //! A table whose density changes by a factor over a thousandth of its radius would have the change between two shells of particles, and each of
 //! them as a whole on this side or on that. As a discontinuity both sides have their mass.

@@ -1,4 +1,4 @@
-//! What a scene chooses of an interpolant.
+//! Options of interpolants that a scene can set.
 
 use super::Orientation;
 

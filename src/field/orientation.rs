@@ -1,4 +1,4 @@
-//! How shapes from files are scaled and turned.
+//! Scaling and rotation of shapes from files.
 
 /// How the points of a surface are scaled, and then turned, about the origin of its file.
 #[derive(Debug, Clone, Copy, PartialEq)]

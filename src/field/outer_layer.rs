@@ -1,4 +1,4 @@
-//! The mass of a body of particles, deep inside and in its outermost layer.
+//! Corrects the mass of a field fitted to a body of particles, separately in the deep interior and in the outermost layer.
 //!
 //! The field that is fitted to particles' densities need not have their mass within the surface at which they end: sums over neighbors
 //! smooth the density at a surface, and some of the mass of the outermost particles may belong beyond it, as where the density falls to zero. A

@@ -1,4 +1,4 @@
-//! What is known of a field over all of a part of space, rather than at points.
+//! Bounds of a field over a region of space, in contrast to values at points.
 
 use super::trace::MOST_LEVELS;
 use std::f64::consts::{PI, TAU};

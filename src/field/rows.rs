@@ -1,4 +1,4 @@
-//! A radial file as rows, and back to nodes and cells.
+//! Represents a radial file as rows, and converts rows back to nodes and cells.
 
 use super::build_input::Input;
 use super::options::Staggering;

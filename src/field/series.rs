@@ -1,4 +1,4 @@
-//! Values of particles as they are fitted.
+//! Values of particles in the form in which they are fitted.
 
 /// Where a variable's coefficients are, and what they are of.
 #[derive(Debug, Clone)]

@@ -1,4 +1,4 @@
-//! A density and carried variables that fields of their own refer to as well.
+//! A density and carried variables that other fields share by reference.
 
 use super::{CarriedField, CarriedInfo, Enclosure, MassEstimate, Patch, ScalarField, Trace};
 use sph::domain::Domain;

@@ -1,4 +1,4 @@
-//! An input as placement sees it.
+//! An input in the form that placement uses.
 
 use super::{CarriedField, MassEstimate, RadialProfile, ScalarField};
 use sph::domain::Domain;

@@ -1,4 +1,4 @@
-//! Where the rows of a radial table lie, told by the mass that the file states beside radius and density.
+//! Determines where the rows of a radial table lie, from the mass that the file states in addition to radius and density.
 //!
 //! Stellar codes put radius and enclosed mass at the faces of zones and the density between them; tables of their models
 //! look like values at points all the same. Taken as such they hold a mass that is wrong to first order in the zones'

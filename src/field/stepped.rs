@@ -1,5 +1,5 @@
-//! Densities that are known in each cell of a grid, as those of pictures: cells belong together unless the density changes between
-//! them by a large factor, and what such jumps separate are the pieces of the field.
+//! Densities given per grid cell, for example those of images. Neighboring cells belong together unless their densities differ by a large factor;
+//! such jumps divide the field into pieces.
 
 use super::grid::Grid;
 use super::grid_axis::AxisTable;

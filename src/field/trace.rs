@@ -1,4 +1,4 @@
-//! Where a point lies in a piecewise smooth field.
+//! Identifies the part of a piecewise smooth field that contains a point.
 
 /// Levels that are kept; of more, a field's first.
 pub(super) const MOST_LEVELS: usize = 8;

@@ -1,4 +1,4 @@
-//! The bodies of `gravity_of` as what attracts, in the units of the input that they are beside.
+//! The bodies of `gravity_of` as sources of gravity, in the units of the input that they accompany.
 
 use crate::error::{Error, Result};
 use crate::field::{RadialProfile, total_mass};

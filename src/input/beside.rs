@@ -1,4 +1,4 @@
-//! Particles of a file that stand beside the gas: dark matter, stars and bulges that another tool made.
+//! Particles of a file that are added to the gas: dark matter, stars and bulges made by another tool.
 //!
 //! They are taken as they are, in the coordinates of the input. A file that states no units is in those of the scene.
 

@@ -1,4 +1,4 @@
-//! The materials of a body with their equations of state: those of its profile, or by their numbers.
+//! The materials of a body with their equations of state, from its profile or from their material numbers.
 
 use crate::eos::{EquationOfState, Material};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Constants of nature, and units by their names, as numbers of a scene's own units.
+//! Constants of nature and named units, as numbers in a scene's own units.
 //!
 //! Values are those of CODATA 2022, in cgs; `mH` is the hydrogen atom of 1.007 825 032 u (AME2020).
 

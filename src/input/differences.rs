@@ -1,4 +1,4 @@
-//! Derivatives of what is known as a function alone.
+//! Derivatives, by finite differences, of functions that are known only by their values.
 
 /// Steps to the outermost points of [`slope`].
 pub(crate) const REACH: f64 = 3.0;

@@ -1,4 +1,4 @@
-//! Displacements of particles from where they were arranged, x = q + psi(q), which make density waves of an even arrangement.
+//! Displacements of particles from their undisturbed positions, x = q + psi(q), which turn a uniform arrangement into density waves.
 //!
 //! To first order in psi the contrast of the density is delta = -div psi; the density itself is rho(q) / det(1 + d psi/d q) for as
 //! long as paths do not cross (Zel'dovich 1970, A&A 5, 84, equations 3 to 5). A random field is a sum over all k of whole waves

@@ -1,4 +1,4 @@
-//! `input.factor`: the density times a number, or times an expression of the place.
+//! `input.factor`: multiplies the density by a number or by an expression of position.
 
 use crate::error::{Error, Result};
 use crate::field::{Enclosure, Patch, ScalarField, Source, in_units_of};

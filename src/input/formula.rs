@@ -1,4 +1,4 @@
-//! What a scene states of a body by radius: a number with its unit, or an expression.
+//! A function of radius that a scene states for a body: a number with its unit, or an expression.
 
 use crate::error::{Error, Result};
 use crate::field::Expression;

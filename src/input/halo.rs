@@ -1,4 +1,4 @@
-//! Collisionless particles of a file as what attracts: the mean of their mass over spheres about their densest place.
+//! Collisionless particles of a file as a source of gravity: the spherical average of their mass around their densest point.
 //!
 //! The center is found by spheres that shrink about the center of mass within them (Power et al. 2003, MNRAS 338, 14, section 2.5). Shells of equal numbers of particles
 //! have the density of what they hold, so that the mass within a radius is known to its Poisson noise, 1/sqrt(n) for n particles within.

@@ -1,4 +1,4 @@
-//! From the scene's input to a source in the input's own units, with what is known of those units.
+//! Builds a source from the scene's input, in the input's own units, and records what is known about those units.
 
 use crate::error::{Error, Result};
 use crate::field::{

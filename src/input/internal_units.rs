@@ -1,4 +1,4 @@
-//! A scene's input as relaxation sees it: in units of its own size and mass, with the thin atmosphere cut.
+//! A scene's input as relaxation uses it: in units of its own size and mass, with the thin atmosphere removed.
 
 use crate::error::{Error, Result};
 use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, mass_and_pieces, total_mass};

@@ -1,5 +1,5 @@
-//! From a scene's input to the source that relaxation aims at: files and expressions, particles of another run, units, the
-//! atmosphere that is cut, and the hydrostatics of the body.
+//! Converts a scene's input to the source that relaxation aims at: files and expressions, particles of another run, units, the atmosphere that is
+//! removed, and the hydrostatics of the body.
 
 pub mod atmosphere;
 mod attractors;

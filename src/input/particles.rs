@@ -1,4 +1,4 @@
-//! A run's particles as the field of a new one: re-sampling to another number of particles.
+//! The particles of one run as the field of a new one: re-sampling to another number of particles.
 //!
 //! The gas of a snapshot is a cloud of points whose density is the file's own column or, where it has none, the sum
 //! rho_i = sum_j m_j W(r_ij, H_i) over the neighbors with n V_d H^d = N_H (Price 2012, J. Comput. Phys. 231, 759, equations 7

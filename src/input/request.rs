@@ -1,4 +1,4 @@
-//! What a scene wants of the file that it reads.
+//! The request to a reader: which variables a scene needs from its file.
 
 use crate::error::Result;
 use crate::field::mass_columns;

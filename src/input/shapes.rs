@@ -1,4 +1,4 @@
-//! From the shapes of a scene to the region that they make.
+//! Builds the region that the shapes of a scene describe.
 
 use crate::error::{Error, Result};
 use crate::field::{Aabb, Primitive, Shape, Solid, Tree, rotated, surface_of, upright};

@@ -1,4 +1,4 @@
-//! Names of a scene's fields that are nearly those of others: misspelled, they become columns that no code reads.
+//! Detects names of a scene's fields that are close to known names: misspelled fields become columns that no code reads.
 
 use super::fields::VECTOR_POTENTIAL;
 use super::thermal;

@@ -1,4 +1,4 @@
-//! Whether a magnetic field that a scene states has sources, which codes would carry along.
+//! Checks whether a magnetic field that a scene states is free of divergence; codes would carry a divergence along.
 
 use crate::field::{CarriedField, probes};
 use crate::input::differences::{REACH, slope};

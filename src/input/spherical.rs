@@ -1,5 +1,5 @@
-//! The profile of a density that depends on the distance from a center alone: that of the input, or that of an expression
-//! found so.
+//! The profile of a density that depends only on the distance from a center: that of the input, or that of an expression for which this symmetry
+//! is found.
 
 use crate::field::{RadialProfile, ScalarField, Source};
 use sph::domain::Region;

@@ -1,4 +1,4 @@
-//! What the units of an input are, by the file and by the scene.
+//! The units of an input, as stated by the file and by the scene.
 
 use super::ingest::RawInput;
 use super::surfaces::density_within;

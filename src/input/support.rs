@@ -1,4 +1,4 @@
-//! Support radii of particles whose file has none that are understood.
+//! Support radii of particles whose file has none that can be interpreted.
 
 use super::particles::Snapshot;
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! What scenes say of surfaces as inputs.
+//! Scene keys for surfaces as inputs.
 
 use crate::error::{Error, Result};
 use crate::scene::{DomainInput, Scene};

@@ -1,5 +1,5 @@
-//! `gravity_of`: bodies about the same center that are not among the particles. Their mass within a radius attracts as that of
-//! the body itself does.
+//! `gravity_of`: bodies around the same center that are not among the particles. Their mass within a radius attracts in the same way as that of
+//! the body itself.
 //!
 //! The pressure of a profile whose law is that of its density alone carries the weight in all of this gravity: it is integrated
 //! inward from 0 at the surface. That of other inputs is what they say.

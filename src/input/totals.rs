@@ -1,4 +1,4 @@
-//! What particles have together, for each unit of their mass: velocity, spin, kinetic and thermal energy.
+//! Totals of a set of particles per unit mass: velocity, spin, kinetic and thermal energy.
 //!
 //! The spin is the angular momentum about the center of mass, in its rest frame, so that it depends on neither origin nor frame. It
 //! is defined about those axes across which nothing is periodic.

@@ -1,4 +1,4 @@
-//! What the numbers of an input and of its scene are measured in.
+//! The units of the numbers of an input and of its scene.
 //!
 //! Plain numbers of a scene are in its `units`, by default those of the input: its unit of length, the mass in a cube of
 //! that length at its unit of density, and the second, or for particle files their unit of time. Where neither states any,

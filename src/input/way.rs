@@ -1,4 +1,4 @@
-//! Along what the components of a velocity point.
+//! The directions of the components of a velocity.
 
 /// Along what a component of a velocity points.
 #[derive(Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! The weight that pressure holds in a radial body at rest, with G = 1.
+//! The weight that pressure supports in a radial body at rest, with G = 1.
 
 use crate::field::quadrature::integrate;
 use crate::field::{RadialProfile, RadialSource};

@@ -1,4 +1,4 @@
-//! Centers of mass of regions: particles may have the number and the boxes' masses right, and lie on one side of their region all the same.
+//! Centers of mass of regions. Particles may have the right number and the right mass in each box, and still lie on one side of their region.
 
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Regions, Target, at};

@@ -1,4 +1,4 @@
-//! Density errors of particles that are too many to be held at once: folded over parts of them, which are gone through three times.
+//! Density errors of more particles than fit in memory: accumulated over parts of them in three passes.
 
 use super::ErrorFigures;
 use super::density_error::FEW;

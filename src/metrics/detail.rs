@@ -1,4 +1,4 @@
-//! What each particle has, for figures: the measures that reports state as means and extremes, one by one.
+//! Measures of each particle, for figures; reports state their means and extremes.
 
 use super::Measured;
 use super::noise::{force_squares, poisson_force};

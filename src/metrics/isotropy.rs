@@ -1,4 +1,4 @@
-//! Isotropy: whether neighbors lie in the same directions everywhere, as in a lattice, or in all, as in a glass.
+//! Isotropy: whether the directions to neighbors are the same everywhere, as in a lattice, or uniformly distributed, as in a glass.
 //!
 //! Bond-orientational order after Steinhardt, Nelson & Ronchetti (1983, Phys. Rev. B 28, 784, eqs. 1.2 and 1.3),
 //! taken over all bonds at once: Q_l^2 = 4 pi/(2l + 1) sum_m |<Y_lm(bond)>|^2 for l = 4 and 6; in the plane

@@ -1,4 +1,4 @@
-//! The mass ledger: what mass the target has in nested boxes and in each of its regions, and what the particles have there.
+//! The mass ledger: compares the target's mass in nested boxes and in each of its regions with the mass of the particles there.
 //!
 //! Boxes come from halving the target's mass again and again, down to some hundred particles, so that each of a level
 //! should hold the same mass. A particle counts as a cube of its own volume: one that a box cuts in two belongs to both

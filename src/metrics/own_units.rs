@@ -1,4 +1,4 @@
-//! Particles of a file, whose domain nobody states but for its box, in units of their own extent and mass.
+//! Particles of a file that states no domain except perhaps its box, in units of their own extent and mass.
 
 use crate::target::Positions;
 use sph::domain::{Axis, Domain, DomainError, Region};

@@ -1,4 +1,4 @@
-//! Density errors about some places, of particles that are too many to be held at once.
+//! Density errors around some positions, for more particles than fit in memory.
 
 use super::density_error::{figures, refit};
 use super::smoothed::{Looking, smoothed_densities};

@@ -1,4 +1,4 @@
-//! The measure by which a stage's result is accepted: as a run's end is measured, over all particles.
+//! The measure that decides whether a stage's result is accepted: the same as at the end of a run, over all particles.
 
 use super::smoothed::{Looking, smoothed_densities};
 use super::{DensityError, Ledger, LedgerFigures, LedgerLevel, Measured, NoiseFigures};

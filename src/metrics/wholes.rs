@@ -1,4 +1,4 @@
-//! Acceleration of bodies as wholes: what particles need of force to stay with a body that rotates, or that others attract.
+//! Accelerations of bodies as wholes: the force that a particle needs to stay with a body that rotates, or that other bodies attract.
 //!
 //! A rigid rotation with the body's angular momentum `L` has the angular velocity `w`, `I w = L`, `I` being the inertia about the center of mass
 //! `c`, and the centripetal acceleration `w x (w x (x - c))`. A body that others attract has the mean acceleration of its mass.

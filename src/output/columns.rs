@@ -1,4 +1,4 @@
-//! Particle columns beside positions and masses: what the input carries, set motion, internal energy.
+//! Particle columns other than positions and masses: carried variables of the input, imposed motion, internal energy.
 
 use crate::error::{Error, Result};
 use crate::field::CarriedField;

@@ -1,4 +1,4 @@
-//! Particles that take a snapshot's place have its momentum, spin and energy.
+//! Gives particles that replace a snapshot its momentum, spin and energy.
 //!
 //! Interpolated velocities come near; what is missing is a common velocity, a rotation of the whole, and the
 //! energy of motions that the new particles do not resolve, or that were noise. That becomes heat or a common factor of the flow, whichever changes

@@ -1,4 +1,4 @@
-//! Where the result lies and in which units: the box of the output, and factors from internal units to those of the file.
+//! Position and units of the result: the box of the output, and factors from internal units to those of the file.
 
 use crate::error::Result;
 use crate::field::RadialSource;

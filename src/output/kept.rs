@@ -1,4 +1,4 @@
-//! A snapshot of which some particles give way to others: all else of it stays as it is.
+//! A snapshot in which some particles are replaced by others, while everything else is kept.
 //!
 //! The new particles have the mass, the momentum, the center of mass (along axes that are not periodic), the angular momentum and the
 //! energy of those that they replace.

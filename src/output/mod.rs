@@ -1,4 +1,4 @@
-//! From placed particles to the file that holds them: its columns, and the frame (box, origin, units) that they are in.
+//! Converts placed particles to the file that contains them: its columns, and their frame (box, origin, units).
 
 pub mod columns;
 pub mod conservation;

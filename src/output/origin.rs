@@ -1,4 +1,4 @@
-//! Which point of the result is at the origin: what the scene asks for, else what the format's data sheet says.
+//! Chooses the point of the result that is placed at the origin: by the scene, or by default as the format's data sheet states.
 
 use super::frame::Frame;
 use crate::error::{Error, Result};

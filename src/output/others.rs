@@ -1,5 +1,5 @@
-//! Particles of other types than gas in a snapshot that is re-sampled: dark matter, stars, sinks. They go into the new file
-//! as they are, in its units and box, with ids that follow those of the gas.
+//! Particles other than gas in a snapshot that is re-sampled: dark matter, stars, sinks. They are copied to the new file unchanged, in its units
+//! and box, with ids that follow those of the gas.
 
 use super::frame::Frame;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The particle file that placed particles become.
+//! Builds the particle file from placed particles.
 
 use super::columns::{self, EnergySource, KnownEnergy};
 use super::conservation::{Conserved, conserve};

@@ -1,4 +1,4 @@
-//! Wall particles: layers of a lattice outside of what holds a fluid.
+//! Wall particles: layers of a lattice outside of the region that contains a fluid.
 //!
 //! The lattice has its planes halfway within and without the faces of the held region's bounding box, so that flat walls have their first
 //! layer half a spacing behind the surface, and the fluid its own half a spacing before it (Crespo et al. 2007, CMC 5, 173). At

@@ -1,4 +1,4 @@
-//! Axes of figures: where a value lies, and which ticks are written how.
+//! Axes of figures: the position of a value, and the ticks and their labels.
 
 /// One axis of a figure.
 #[derive(Debug, Clone)]

@@ -1,5 +1,5 @@
-//! Colors: maps by formula in Oklch (B. Ottosson 2020, "A perceptual color space for image processing"), in which lightness
-//! is what the eye sees, so that they are told apart by the color-blind and in gray; and Okabe and Ito's palette for curves.
+//! Colors: color maps by formula in Oklch (B. Ottosson 2020, "A perceptual color space for image processing"), in which lightness is perceived
+//! lightness, so that color-blind readers can tell colors apart, also in gray; and the palette of Okabe and Ito for curves.
 
 /// Red, green and blue.
 pub type Rgb = [u8; 3];

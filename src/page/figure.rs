@@ -1,5 +1,4 @@
-//! Figures of curves as SVG. Colors are those of the page around them, so that they follow a dark one; the viewer's own fonts
-//! are used.
+//! Figures of curves as SVG. Their colors follow the surrounding page, including a dark one, and they use the viewer's own fonts.
 
 use super::axis::Axis;
 use super::color::curve_color;

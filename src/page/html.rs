@@ -1,4 +1,4 @@
-//! A page: its frame, its style, and what is put into it. The text is well-formed XML but for its first line.
+//! The HTML page: its frame, style and contents. The text is well-formed XML except for its first line.
 
 use super::color::{DARK, LIGHT};
 use std::fmt::Write;

@@ -1,4 +1,4 @@
-//! Which maps particles have: density in slices and along lines of sight, error, motion, materials.
+//! The maps that can be drawn of particles: density in slices and along lines of sight, error, motion, materials.
 
 use super::axis::{Axis, rounded};
 use super::color::MATERIALS;

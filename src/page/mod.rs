@@ -1,4 +1,4 @@
-//! Pages and pictures: HTML that fetches nothing, with figures as SVG inside, readable on a phone, in print, light and dark.
+//! Pages and images: self-contained HTML, with figures as inline SVG, readable on a phone, in print, and in light and dark mode.
 //!
 //! Knows particles and figures; what a run says of itself comes from [`mod@crate::run`], what a comparison says from
 //! [`crate::compare`].

@@ -1,4 +1,4 @@
-//! The page of a particle file, whoever wrote it.
+//! The page of a particle file from any program.
 
 use super::axis::rounded;
 use super::html::{Page, escape, list, table};

@@ -1,4 +1,4 @@
-//! A small picture of particles: the density, without axes.
+//! A small image of the density of particles, without axes.
 
 use super::axis::Axis;
 use super::color::sequential;

@@ -1,4 +1,4 @@
-//! Particles as figures show them: in units with a name, and with what was measured of each.
+//! Particles as figures show them: in named units, with the measures of each particle.
 
 use crate::error::{Error, Result};
 use crate::metrics::{Detail, InOwnUnits, Wanted};

@@ -1,4 +1,4 @@
-//! Sums over particles at the points of a picture: f(x) = sum_j f_j W(|x - r_j|, H_j), in a plane or along the line of sight.
+//! Sums over particles at the pixels of an image: f(x) = sum_j f_j W(|x - r_j|, H_j), in a plane or along the line of sight.
 
 use super::portrait::Portrait;
 use sph::kernel::{KernelName, evaluate, with_kernel};

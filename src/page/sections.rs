@@ -1,4 +1,4 @@
-//! Sections that pages of runs and of files share.
+//! Sections that the pages of runs and of files share.
 
 use super::figure::Figure;
 use super::portrait::Portrait;

@@ -1,7 +1,7 @@
-//! A stage whose result counts only if it is no worse than what the stage was given.
+//! Accepts the result of a stage only if it is no worse than the state before the stage.
 //!
-//! Stages watch figures that are cheap, and that some targets deceive: contrasts within a support radius, layers thinner
-//! than a spacing, vacuum. What decides is the measure that ends a run, taken of all particles.
+//! Stages monitor figures that are cheap to compute, and that are misleading for some targets: contrasts within a support radius, layers
+//! thinner than a spacing, vacuum. Acceptance is decided by the measure at the end of a run, over all particles.
 
 use super::contacts::part_contacts;
 use super::pairs::{PAIRED, part_crowded_pairs};
@@ -20,7 +20,7 @@ pub struct Judge<'a, const D: usize> {
     measure: &'a (dyn Fn(&Particles<D>) -> Quality + Sync),
     /// Over which ranks the particles are, all of which come to the same judgement.
     exchange: &'a dyn Exchange,
-    /// Seeds of the full number, with which particles from splitting are compared.
+    /// Seeded particles of the full number, with which particles from splitting are compared.
     seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
     accepted: Mutex<Option<Quality>>,
     /// What measuring once takes, and what it took in all.
@@ -57,8 +57,8 @@ impl<'a, const D: usize> Judge<'a, D> {
         self.cost.lock().unwrap_or_else(PoisonError::into_inner)[1].as_secs_f64()
     }
 
-    /// In what `after` is worse than `before`, if it is; else its figures are those to be kept from now on. More particles than
-    /// before, from splitting, are compared with seeds of as many, which come with the loss.
+    /// The figure in which `after` is worse than `before`, if it is; otherwise the figures of `after` are kept from now on. More particles
+    /// than before, from splitting, are compared with as many seeded particles, which are returned with the loss.
     fn loss(&self, before: &Particles<D>, after: &Particles<D>, aim: Aim) -> Option<(String, Option<Particles<D>>)> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         let seeds = if before.len() == after.len() {
@@ -75,7 +75,7 @@ impl<'a, const D: usize> Judge<'a, D> {
         let now = self.timed(after);
         let loss = now.loss_against(&earlier, aim);
         *accepted = Some(if loss.is_some() { earlier } else { now });
-        let of = if seeds.is_some() { ", in place of seeds of as many particles" } else { "" };
+        let of = if seeds.is_some() { ", compared with seeded positions of as many particles" } else { "" };
         loss.map(|loss| (format!("{loss}{of}"), seeds))
     }
 }
@@ -206,7 +206,8 @@ fn part<const D: usize>(
     let paired = part_crowded_pairs(exchange, target, positions);
     (paired > 0).then(|| {
         format!(
-            "{paired} particles were within {PAIRED} spacings of another and were moved apart: the density changes there by more than N particles resolve"
+            "{paired} particles were within {PAIRED} spacings of another and were moved apart: there the density changes \
+             by more than this number of particles can resolve"
         )
     })
 }

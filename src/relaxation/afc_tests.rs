@@ -1,4 +1,4 @@
-//! AFC in every dimension and boundary.
+//! Tests of AFC in every dimension and with every boundary.
 
 use super::afc::{AfcOptions, AwayFromClosest};
 use super::control::Control;

@@ -1,4 +1,4 @@
-//! What the density solver aims at where no sum over neighbors can follow the target: the target as the kernel sees it.
+//! The aim of the density solver where no sum over neighbors can follow the target: the target smoothed by the kernel.
 //!
 //! With the target's points of mass ([`crate::target::mass_points`]) the smoothed density at a particle is a sum as its own is, at the
 //! support radius that belongs to it: n_s(x, H) with H = eta (kappa/n_s)^(1/d). It varies over a spacing or so, and is followed between

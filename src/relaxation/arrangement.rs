@@ -1,4 +1,4 @@
-//! Particles in a domain with what every force on them needs: tree, ghosts, sums and their gradients.
+//! Particles in a domain with the data that all force computations need: tree, ghosts, sums and their gradients.
 
 use super::interfaces::{Beyond, Interfaces, Missing};
 use crate::target::{Positions, Target, at};

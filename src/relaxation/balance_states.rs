@@ -1,4 +1,4 @@
-//! What a balance works on between evaluations, and keeps for an interrupt.
+//! The state of a balance between evaluations, which is also kept for an interrupt.
 
 use super::lbfgs::Lbfgs;
 use super::newton::MinimalResidual;

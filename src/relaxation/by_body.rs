@@ -1,4 +1,4 @@
-//! A stage that relaxes the bodies of a target one after the other, each by itself.
+//! A stage that relaxes the bodies of a target separately, one after the other.
 //!
 //! Nothing that a body lacks or has too much of can come from, or go to, another; and what lies between them, were it
 //! vacuum, costs nothing.

@@ -1,4 +1,4 @@
-//! Particles followed forward in time, as a simulation code would: do they stay still?
+//! Evolves particles in time as a simulation code would, to find whether they stay at rest.
 //!
 //! A scene's body is followed as it was placed ([`certify`]), the particles of a file as they are there ([`follow`]); the
 //! motion itself is in [`super::followed`].

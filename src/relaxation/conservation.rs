@@ -1,5 +1,5 @@
-//! What ALARIC's integrator should conserve: with friction, viscosity and velocity stops switched off and a uniform
-//! target, the fictitious fluid is an isolated one.
+//! Tests of the quantities that ALARIC's integrator should conserve: with friction, viscosity and velocity stops switched off and a uniform
+//! target, the fictitious fluid is isolated.
 //!
 //! The pressure n - n*/kappa is that of an energy per particle of u = ln n + n*/(kappa n), for du/dn = p/n^2. The sum
 //! of kinetic and internal energy then stays what it was, as does the momentum, up to the time step, the

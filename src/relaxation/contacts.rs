@@ -1,5 +1,5 @@
-//! Layers on both sides of a jump, which stages relax each by itself or hold: where particles of different regions have come too close, or those
-//! of one region beside the surface have, they part by the mean of their spacings.
+//! Layers on both sides of a jump, which stages relax separately or hold. Where particles of different regions, or particles of one region beside
+//! the surface, have come too close, they are separated by the mean of their spacings.
 //!
 //! A layer does not know where the particles of the other lie along the surface, so that some face each other across it. Moves are small parts of a
 //! spacing: spheres of the diameter that is asked for fill a third of the volume, where even random ones jam at two thirds.

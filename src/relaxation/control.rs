@@ -1,4 +1,4 @@
-//! What a run and its stages tell each other.
+//! Messages between a run and its stages.
 
 use super::report::{StageName, StopReason};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! How the energy of a descent has fallen, which says whether more evaluations are worth their time.
+//! The decrease of the energy during a descent, from which it is decided whether more evaluations are worth their time.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Pressure against gravity at one arrangement of particles, and the descent towards their balance, see [`super::balance`].
+//! The imbalance of pressure and gravity for one arrangement of particles, and the descent that reduces it, see [`super::balance`].
 
 use super::arrangement::Arrangement;
 use super::balance_states::{Best, Descent, Frame, Newton};

@@ -1,4 +1,4 @@
-//! The density error that stages watch.
+//! The density error that stages monitor.
 
 use crate::target::{Positions, at};
 use serde::{Deserialize, Serialize};

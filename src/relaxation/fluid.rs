@@ -1,4 +1,4 @@
-//! The fluid that ALARIC moves: its forces and its time step, see [`super::alaric`].
+//! The fluid that ALARIC evolves: its forces and its time step, see [`super::alaric`].
 
 use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{Fit, fit, fit_with, interior, resolved};

@@ -1,4 +1,4 @@
-//! The motion of followed particles, see [`super::certificate`].
+//! Time integration of the particles that are followed, see [`super::certificate`].
 //!
 //! The equations are those of [`super::balance`]: density-entropy SPH with grad-h terms, each particle keeping its A_i or its
 //! material's adiabat, and what the particles attract each other with. They are integrated by kick, drift, kick with one time step for all and without

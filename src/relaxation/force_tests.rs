@@ -1,4 +1,4 @@
-//! The forces of ALARIC against the sum over all pairs, written down anew from the paper's equations.
+//! Compares the forces of ALARIC with the sum over all pairs, implemented independently from the paper's equations.
 
 use super::fluid::{AlaricOptions, Fluid};
 use crate::field::ScalarField;

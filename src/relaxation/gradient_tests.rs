@@ -1,5 +1,5 @@
-//! The analytic gradients against finite differences of the objective, in every dimension and boundary, and
-//! what the forces conserve.
+//! Compares the analytic gradients with finite differences of the objective, in every dimension and with every boundary, and tests what the
+//! forces conserve.
 
 use super::arrangement::Arrangement;
 use super::fluid::{AlaricOptions, Fluid};

@@ -1,4 +1,4 @@
-//! Particles of a block whose surroundings stay where they are: what those may do, and what counts of them.
+//! Particles of a block whose surroundings are held fixed: which of them may move, and which count in the measures.
 
 use serde::{Deserialize, Serialize};
 use sph::parallel;

@@ -1,4 +1,4 @@
-//! What a region's particles feel of a medium that goes on, as dense as they are, beyond the region's surface.
+//! Replaces the neighbors that are missing beyond a region's surface: its particles feel a medium of the same density that continues there.
 //!
 //! A region is relaxed by itself. A sum over neighbors that ends at its surface would drive particles onto it; here the
 //! surface is a wall with as many neighbors beyond it as there are inside. Within reach of a particle it is taken as a plane

@@ -1,4 +1,4 @@
-//! Relaxation: stages that move particles until their density, and the forces on them, are what the target says.
+//! Relaxation: stages that move particles until their density, and the forces on them, match the target.
 //!
 //! Each stage is a file with its options, its name and its implementation of [`Stage`]; [`relax`] runs any of them.
 

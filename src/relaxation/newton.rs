@@ -1,4 +1,4 @@
-//! Newton's method towards forces of zero.
+//! Newton's method for arrangements in which the forces vanish.
 //!
 //! Near a minimum it converges faster than a descent. A kernel with the pairing instability has force-free arrangements in
 //! which particles lie apart, but they are saddles: a descent leaves them, where J d = -g leads to them. J, the symmetric matrix of the forces' derivatives, is never made:

@@ -1,4 +1,4 @@
-//! What the density solver minimizes, and its gradient, see [`super::solver`].
+//! The function that the density solver minimizes, and its gradient, see [`super::solver`].
 
 use super::aim::{Aims, Points, share};
 use super::arrangement::Arrangement;

@@ -1,4 +1,4 @@
-//! Stages over several ranks, of which each has a part of the particles and keeps it.
+//! Stages on several ranks, each of which owns part of the particles throughout.
 
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};

@@ -1,4 +1,4 @@
-//! How fast bodies go round each other where nothing but their pull on each other holds them on their way.
+//! The angular velocity of bodies that orbit each other under their mutual gravity alone.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! What acts on followed particles from outside: a field, and walls.
+//! External influences on the particles that are followed: a field, and walls.
 
 use crate::target::{Equilibrium, Target};
 use sph::domain::Domain;

@@ -1,4 +1,4 @@
-//! Pairs: particles far closer together than the spacing that the target has there, down to the same place.
+//! Pairs: particles that are far closer together than the target's spacing at their position, or even coincide.
 //!
 //! No force of a smooth kernel parts what coincides (its gradient vanishes at the origin), and at jumps that N
 //! particles do not resolve a stage may press two together. Here each of a pair moves away from the other until

@@ -1,4 +1,4 @@
-//! What a body that its own gravity holds attracts its particles with.
+//! The gravity of a self-gravitating body on its particles.
 //!
 //! Gravity of the particles is found by the tree, and found anew now and then. In between, each particle that moves feels what it
 //! felt before, and the difference of the target's gravity between both places.

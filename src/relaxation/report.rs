@@ -1,4 +1,4 @@
-//! What stages are called, and what they report of themselves.
+//! The names of the stages, and their reports.
 
 use serde::{Deserialize, Serialize, Serializer};
 

@@ -1,4 +1,4 @@
-//! What the density solver is asked for, and the parts of its descent, see [`super::solver`].
+//! The options of the density solver, and the parts of its descent, see [`super::solver`].
 
 use sph::kernel::{KernelName, default_kernel_neighbors, most_neighbors_without_pairs, own_count};
 

@@ -1,4 +1,4 @@
-//! What stages keep so that an interrupted run goes on bit for bit.
+//! The state that stages keep so that an interrupted run continues bit for bit.
 //!
 //! A stage offers itself at the top of each iteration; what keeps it decides whether a snapshot is due. Particles
 //! are kept in the order of their tree, whose structure depends on their number alone: with the same positions

@@ -22,7 +22,7 @@
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
 //! them. There the pressure energy alone places the particles, except within reach of a jump
 //! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
-//! stay where seed and WVT have put them.
+//! stay where the seeding and WVT have put them.
 
 use super::aim::{Aims, Points};
 use super::arrangement::Arrangement;

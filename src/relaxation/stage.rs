@@ -1,4 +1,4 @@
-//! The contract of stages: what a stage is, how it runs, and what it reports.
+//! The interface of stages: what a stage is, how it runs, and what it reports.
 //!
 //! A stage is its options. It begins with particles or goes on from what was kept of it, advances by iterations, and ends
 //! with particles and a report; [`relax`] drives it, watches the clock and the user, and offers its state to be kept.

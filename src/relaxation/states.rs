@@ -1,4 +1,4 @@
-//! How each particle's pressure follows its density: P = A rho^gamma of an ideal gas, or the adiabat of its material.
+//! The dependence of each particle's pressure on its density: P = A rho^gamma of an ideal gas, or the adiabat of its material.
 
 use crate::target::{MaterialState, Materials};
 use serde::{Deserialize, Serialize};

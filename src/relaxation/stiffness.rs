@@ -1,4 +1,4 @@
-//! How stiff the pushes of WVT are: what decides how long a step may be.
+//! The stiffness of WVT's displacements, which limits the length of a step.
 //!
 //! A wave of displacements with wave number k in a uniform arrangement is pushed back, in the continuum limit, by
 //! mu N_H S(k) of itself in a step dx = mu H sum_j f r^_ij, with

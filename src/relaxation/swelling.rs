@@ -1,4 +1,4 @@
-//! How far a body that its own gravity holds has swollen or shrunk against its target.
+//! Measures how far a self-gravitating body has expanded or contracted relative to its target.
 //!
 //! Pressure holds gravity with many thermal states, each with a mass profile of its own. Which of them a body comes to follows
 //! from a factor that is fitted to forces, and forces between particles on shells are not those of the arrangement to which

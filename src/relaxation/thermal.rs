@@ -1,4 +1,4 @@
-//! The smooth factor on the thermal state with which pressure holds gravity on average, and smooth functions like it.
+//! The smooth factor on the thermal state with which pressure balances gravity on average, and similar smooth functions.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};

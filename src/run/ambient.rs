@@ -1,5 +1,5 @@
-//! The medium about bodies (`ambient`): a scene of its own in the box of all, with the bodies as obstacles; and the sums over neighbors of all
-//! gas together, which see across surfaces.
+//! The medium around bodies (`ambient`): a separate scene in the box of the whole, with the bodies as obstacles; and the sums over neighbors of
+//! all gas together, which extend across surfaces.
 
 use super::assembly::{Body, Frame, Middle, State};
 use super::bodies_report::BodyFigures;

@@ -1,4 +1,4 @@
-//! Placed bodies put together: where each is, how it moves, and one file of all of them.
+//! Joins the placed bodies: the position and velocity of each, and one file with all of them.
 
 use crate::error::{Error, Result};
 use crate::field::rotated;

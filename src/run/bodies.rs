@@ -1,5 +1,5 @@
-//! A scene of several bodies: each is placed, and balanced, by itself as a scene of its own; then they are moved to where they
-//! begin and put together in one file.
+//! A scene of several bodies: each is placed and balanced as a separate scene; then they are moved to their initial positions and joined in one
+//! file.
 //!
 //! Two bodies on an
 //! orbit have their center of mass at rest in the middle of the box.

@@ -1,4 +1,4 @@
-//! Bodies that were placed before, by what they were made from: a scene with another orbit takes them as they are.
+//! A cache of placed bodies, keyed by everything that they were made from: a scene with another orbit reuses them unchanged.
 //!
 //! A file holds, behind a mark and a checksum, the scene of the body by itself, fingerprints of the files that it reads, the
 //! particles to the last bit, and the report. What does not fit or is damaged is made anew.

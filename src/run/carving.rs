@@ -1,4 +1,5 @@
-//! A medium about bodies: it is placed in all of its box, bodies cut their shapes out of it, and what is left near them is relaxed against them.
+//! A medium around bodies: it is placed in the whole box, the shapes of the bodies are cut out of it, and the particles that remain near them are
+//! relaxed against them.
 //!
 //! The shape of a body is the domain of its own target, moved and turned with it. What is left has the mass of the medium outside
 //! of all shapes, by quadrature. Particles nearest to the bodies are left out until the number is right; the others within a few spacings of a

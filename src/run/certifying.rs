@@ -1,4 +1,5 @@
-//! What was placed is followed forward, where a scene asks for it (`certify`) and nothing settles before, with the velocities that it was given.
+//! Evolves the placed particles in time with the velocities that they were given, if a scene asks for it (`certify`) and nothing is settled
+//! before.
 
 use super::plan::Held;
 use super::stages::Setting;

@@ -1,4 +1,4 @@
-//! Checkpoints: what a run goes on from after an interrupt, a kill or the end of its time.
+//! Checkpoints: the state from which a run continues after an interrupt, a kill or its time limit.
 //!
 //! A file holds, behind a mark, a version and a checksum, the scene that it belongs to, a fingerprint of the
 //! target, what came out so far, and the state of the stage under way, as [`postcard`] writes them: floating-point numbers bit by bit.

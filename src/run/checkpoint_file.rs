@@ -1,4 +1,4 @@
-//! Files of checkpoints: a mark, the version of the layout, a checksum, and what is kept.
+//! Checkpoint files: a magic number, the version of the layout, a checksum, and the state.
 
 use super::fingerprint::Hash;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Checkpoints of several ranks: a part for each, in a file of its own, and a head that says which parts belong together.
+//! Checkpoints of several ranks: each rank writes a part to a file of its own, and a head file states which parts belong together.
 //!
 //! Parts of a new checkpoint are beside those of the last until the head, which is replaced as a whole, names them: whenever a rank dies
 //! there is a whole checkpoint or none. All ranks see one folder.

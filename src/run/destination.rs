@@ -1,4 +1,4 @@
-//! Where the result of a run goes: its format, what is refused before the work, and writing it.
+//! The destination of a run's result: its format, the checks before the run starts, and the writing of the file.
 
 use super::checkpoint::refuse_other_content;
 use super::drawings::{self, Drawing};

@@ -1,4 +1,4 @@
-//! What is probably not meant, with the remedy: it is done all the same.
+//! Warnings about settings that are probably not intended, with the remedy; the run continues as requested.
 
 use crate::error::{Error, Result};
 use crate::field::probes;

@@ -1,5 +1,5 @@
-//! Pictures of a result, where the scene asks for some: as the output itself, or on a page. Builds without the feature `plots`
-//! refuse them before the work.
+//! Images of a result, if the scene asks for them: as the output itself, or on a page. Builds without the feature `plots` refuse them before the
+//! run starts.
 
 use super::report::Report;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! How long the stages of a plan will take, roughly, before they begin.
+//! Estimates the run time of the stages of a plan before they start.
 //!
 //! An evaluation costs each particle a fixed time and one for each of its neighbors on a core; what is stated was measured on one
 //! core of 2.9 GHz in processor time, for 5000 to 20 000 particles with 19 to 200 neighbors in 2-D and 3-D, and holds within a factor of

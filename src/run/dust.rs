@@ -1,4 +1,4 @@
-//! Dust that was placed by itself joins the gas.
+//! Adds separately placed dust to the gas.
 
 use crate::error::Error;
 use crate::scene::DUST_RATIO;

@@ -1,4 +1,4 @@
-//! What a run would do, without doing it: its stages with the time and memory that each is expected to take.
+//! The forecast of a run that is not carried out: its stages with the expected time and memory of each.
 //!
 //! The times of stages are those of [`duration`](super::duration), times how much slower this machine is, now, than the one whose
 //! figures those are: the densities of a few thousand particles are summed for a fifth of a second.
@@ -131,7 +131,7 @@ impl Forecast {
             "  particles        {} in {}-D, mass {:.6e} in the input's units",
             self.particles, self.dimension, self.mass
         )?;
-        writeln!(out, "  seeds            {}", self.seeding.method().name)?;
+        writeln!(out, "  seeding          {}", self.seeding.method().name)?;
         for Foreseen { stage, seconds, memory } in &self.stages {
             let time = seconds
                 .map_or_else(|| "time not known".to_owned(), |s| format!("at most {}", super::duration::rounded(s)));

@@ -1,5 +1,5 @@
-//! Particles that several ranks have, as one stream on the first of them: what is to be written is fetched row by row, so that
-//! no rank holds more than its own part and a few blocks.
+//! The particles of several ranks as one stream on the first rank. Data to be written is fetched row by row, so that no rank holds more than its
+//! own part and a few blocks.
 
 use crate::error::{Error, Result};
 use sph::exchange::Exchange;

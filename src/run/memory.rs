@@ -1,4 +1,4 @@
-//! Whether a run fits into the machine's memory, before it begins.
+//! Checks before a run whether it fits in the machine's memory.
 
 use crate::error::{Error, Result};
 use crate::relaxation::{BALANCE, SOLVER, StageName};

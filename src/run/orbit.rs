@@ -1,4 +1,4 @@
-//! Where two bodies are on their orbit about each other, and how fast.
+//! Positions and velocities of two bodies on their orbit around each other.
 
 use crate::error::{Error, Result};
 

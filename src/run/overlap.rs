@@ -1,4 +1,4 @@
-//! Bodies in each other's way, and those that fly apart.
+//! Detects bodies that overlap, and bodies that rotate too fast for their own gravity to hold them.
 
 use super::assembly::{Body, Frame, State, length};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The page of a run: the verdict first, in the words of the report, then pictures, figures, and how it came about.
+//! The page of a run: first the verdict, as in the report, then images, figures, and the course of the run.
 
 use super::drawings::Drawing;
 use super::report::Report;
@@ -126,7 +126,7 @@ fn history(report: &Report, title: &str, label: &str, value: &dyn Fn(&Progress) 
         }
         start += stage.seconds;
     }
-    let x = Axis::linear("time since the seed [s]");
+    let x = Axis::linear("time since the seeding [s]");
     (!curves.is_empty()).then(|| Figure::new(title, x, Axis::logarithmic(label), curves))
 }
 

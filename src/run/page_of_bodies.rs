@@ -1,4 +1,4 @@
-//! The page of a run of several bodies: each with its own verdict, and pictures of all together.
+//! The page of a run of several bodies: the verdict of each, and images of all together.
 
 use super::bodies_report::{BodiesReport, BodyFinding, BodyReport};
 use super::page::{explanations, forward, lead_of, side_by_side};

@@ -1,4 +1,4 @@
-//! Pages that scenes ask for, of runs of one body and of several.
+//! Writes the pages that scenes ask for, for runs of one body and of several.
 
 use super::bodies_report::BodiesReport;
 use super::report::Report;

@@ -1,4 +1,4 @@
-//! Runs in parts, over ranks or block by block: what they refuse, and how they begin.
+//! Runs that are divided, over ranks or block by block: the scenes that they refuse, and how they start.
 
 use super::destination::{Destination, intended_format, refuse_box, refuse_what_the_format_cannot_hold};
 use super::plan::{Held, Plan};

@@ -1,5 +1,5 @@
-//! A scene from its input to placed particles, and to a file: input -> source -> target -> seeding -> relaxation -> carried
-//! fields -> measures -> particle file. The only place where the run-time dimension becomes a type.
+//! The steps from a scene to a file: input -> source -> target -> seeding -> relaxation -> carried fields -> measures -> particle file. The only
+//! place where the run-time dimension becomes a type.
 
 use super::carving::{Carving, Obstacles};
 use super::certifying::{self, Motion};

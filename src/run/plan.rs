@@ -1,4 +1,4 @@
-//! What a scene needs, and what it does without, with the reasons: nothing is run that a scene has no use for.
+//! The plan of a run: the stages that a scene needs, and those that it does not need, with the reasons.
 
 use crate::input::hydrostatics::Doubt;
 use crate::metrics::IN_PLACE;
@@ -404,7 +404,7 @@ const MANY_ITERATIONS: usize = 40;
 const MIN_SHELLS: usize = 1000;
 /// Bare shells of more particles have less than half the mean error that WVT ends with, and less noise.
 const MIN_BARE_SHELLS: usize = 30_000;
-/// Fewer particles are left where the seed puts them.
+/// Fewer particles are left where the seeding puts them.
 const MIN_RELAXED: usize = 3;
 /// More particles are not polished unless asked for.
 const MAX_AUTOMATIC: usize = 10_000_000;

@@ -1,4 +1,4 @@
-//! What a run over ranks would take, from a model: particles, memory and time of a rank, what it sends, and the file.
+//! Estimates a run over ranks from a model: particles, memory, time and messages of a rank, and the size of the file.
 //!
 //! A rank's part of N particles over R ranks is taken for a cube of n = N/R particles in the middle of others, so that it sees all
 //! within a support radius H of its outermost particles: (n^(1/d) + 2 H/s - 1)^d - n for a spacing s. Parts at the edge of an open domain see
@@ -80,7 +80,7 @@ const OF_ANOTHER: f64 = 150.0;
 /// Foresees a run of `scene` over so many ranks, each with so many threads.
 ///
 /// # Errors
-/// Those of [`run_on_ranks`](super::ranks::run_on_ranks) up to the seeds.
+/// Those of [`run_on_ranks`](super::ranks::run_on_ranks) up to the seeding.
 pub fn forecast_on_ranks(
     scene: &Scene,
     formats: &[FormatSpec],

@@ -1,8 +1,9 @@
-//! A scene placed over several ranks: each has the seeds of a part of space, by mass bisection or on shells, keeps them through WVT and the density
-//! solver with what the others have near by, and measures them with these; the first rank writes one file, for which it fetches rows from the others.
+//! A scene placed over several ranks. Each rank receives the seeded positions of a part of space, by mass bisection or on shells, moves them
+//! through WVT and the density solver with the nearby particles of other ranks, and measures them in the same way; the first rank writes one
+//! file, for which it fetches rows from the others.
 //!
-//! Seeds are the same for any number of ranks, to the bit. What follows differs by rounding, since sums go over trees of other
-//! particles; for one number of ranks it is the same for any number of threads, processes or threads in the place of ranks.
+//! Seeded positions are the same for any number of ranks, to the bit. Later results differ by rounding, since sums go over trees of other
+//! particles; for a given number of ranks they are the same for any number of threads, and whether ranks are processes or threads.
 
 use super::checkpoint::remove_checkpoint;
 use super::destination::write_rows;

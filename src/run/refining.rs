@@ -1,5 +1,5 @@
-//! A snapshot with other resolution in a sphere: only particles whose masses are not what they should be there give way to others, which
-//! are relaxed against those that stay.
+//! A snapshot with another resolution in a sphere: only particles whose masses do not fit there are replaced, and the new ones are relaxed
+//! against those that stay.
 //!
 //! With the mass m* = m_0 / f(x), f the factor of [`crate::input::refinement`], a particle stands for s = m / m* particles. Where s is near 1 it
 //! stays, to the bit. All others, in the order of a tree, are replaced by as many particles as the running sum of s passes halves

@@ -1,4 +1,4 @@
-//! The summed densities of the new particles of a refined snapshot, against those that they should have.
+//! Compares the summed densities of the new particles of a refined snapshot with their targets.
 
 use super::stages::Setting;
 use crate::metrics::Measured;

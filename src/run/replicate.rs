@@ -1,6 +1,5 @@
-//! A relaxed periodic box, repeated along its axes and, where there is a target, mapped to it by mass coordinates
-//! ([`crate::seeding::MassMap`]): more particles than could be relaxed at once, with the noise of the box. No more than the box
-//! and a few blocks are in memory.
+//! A relaxed periodic box, repeated along its axes and, if there is a target, mapped to it by mass coordinates ([`crate::seeding::MassMap`]).
+//! This gives more particles than could be relaxed at once, with the noise of the box. Only the box and a few blocks are in memory.
 
 use super::streamed::{Places, Read, Streamed};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The run report: one value, printed for people or as JSON.
+//! The report of a run: one data structure, printed as text or as JSON.
 
 use crate::field::{MassEstimate, Scatter};
 use crate::input::atmosphere::Cut;

@@ -1,5 +1,5 @@
-//! Seeds by mass bisection or on shells that are made while they are written, in bounded memory: as one file, or as one of several by
-//! each process of a job array, without any of them knowing of the others.
+//! Initial positions by mass bisection or on shells that are generated while they are written, in bounded memory: as one file, or as one of
+//! several files by each process of a job array, without communication between the processes.
 
 use super::doubts::{self, Told};
 use super::plan::{Held, Plan};
@@ -19,17 +19,17 @@ impl<const D: usize> Places<D> for Blockwise<'_, D> {
     }
 }
 
-/// Places about which seeds are measured.
+/// Number of positions around which the seeded particles are measured.
 const MEASURED: usize = 32;
 
-/// What measures seeds about some places, spread over their numbers.
+/// Measures seeded particles around some positions, which are spread over the particle numbers.
 pub type Measure<'a> = &'a dyn Fn() -> Result<Option<PatchFigures>>;
 
-/// Calls `with` with the seeds of `scene`, with what there is to say of them, and with what measures them. Where the scene does not say how, they are
-/// those that a run of it begins with if these can be made block by block, and by mass bisection if not.
+/// Calls `with` with the initial positions of `scene`, with notes on them, and with a function that measures them. If the scene does not state a
+/// seeding, they are those that a run of it starts from if these can be made block by block, otherwise those of mass bisection.
 ///
 /// # Errors
-/// A scene whose seeds cannot be made block by block, or with parts that cannot be streamed, and what `with` says.
+/// A scene whose initial positions cannot be made block by block, or with parts that cannot be streamed, and errors of `with`.
 pub fn seeds<R>(
     scene: &Scene,
     formats: &[FormatSpec],
@@ -61,7 +61,7 @@ fn seeds_in<const D: usize, R>(
     let seeds = Blockwise::new(&target, seeding, scene.seed)?;
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
     let mut notes = stream.notes().to_vec();
-    notes.push(format!("seeds are {}", seeding.method().name));
+    notes.push(format!("the seeding is {}", seeding.method().name));
     if let Some(Told::Doubt(text) | Told::Note(text)) = doubts::left_out(regions.as_ref(), count) {
         notes.push(text);
     }

@@ -1,4 +1,4 @@
-//! Motion is damped after particles were placed, where a scene asks for it (`settle`), and they are followed forward from there (`certify`).
+//! Damps the motion of placed particles if a scene asks for it (`settle`), and then evolves them in time (`certify`).
 
 use super::assembly::{self, BODY_ID, row};
 use super::checkpoint::refuse_interrupted;

@@ -1,4 +1,4 @@
-//! Bodies before they are placed: what they have in common, and how many particles each gets.
+//! Bodies before they are placed: their common data, and the number of particles of each.
 //!
 //! Particles are shared out by mass, so that all have the same up to half a particle's worth in each body.
 

@@ -1,4 +1,4 @@
-//! The planned stages in order, from the seeding to the last.
+//! Runs the planned stages in order, from the seeding to the last.
 
 use super::checkpoint::{Checkpoints, Kept, Meta};
 use super::checkpoint_parts::Pieces;
@@ -188,7 +188,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         if exchange.is_alone() { Box::new(stage) } else { Box::new(OnRanks { stage, exchange }) }
     }
 
-    /// [`place`] from seeds, of which each of several ranks has a part.
+    /// [`place`] from seeded positions, of which each of several ranks has a part.
     ///
     /// # Errors
     /// Those of [`place`], and of the seeding.

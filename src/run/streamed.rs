@@ -1,4 +1,4 @@
-//! Particles of a target that are made while they are written: places come by number, everything else from the target.
+//! Particles of a target that are generated while they are written: positions by particle number, everything else from the target.
 //!
 //! Where nothing has been summed `Density` is the target's at each place, `SupportRadius` the one that belongs to it.
 

@@ -1,4 +1,4 @@
-//! What became of each variable of the input, for the report: what it is taken for, and where it is written.
+//! The use of each variable of the input, for the report: its role, and where it is written.
 
 use crate::input::roles::Assignment;
 use crate::scene::Role;

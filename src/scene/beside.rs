@@ -1,5 +1,4 @@
-//! What stands beside the gas: collisionless particles and dust, and bodies that are felt without being placed; as scenes by
-//! themselves, and checked.
+//! Collisionless particles, dust, and bodies that act only by gravity: each as a separate scene, with its checks.
 
 use super::{
     AttractorInput, CheckpointInput, CollisionlessInput, DustInput, FieldValue, Input, OriginInput, OriginName, Output,

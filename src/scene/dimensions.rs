@@ -1,4 +1,4 @@
-//! Every quantity of a scene, with its key and what it measures.
+//! All quantities of a scene, with their keys and physical dimensions.
 
 use super::{Conversion, EquationOfState, OriginInput, Quantity, Scene};
 use crate::error::{Error, Result};

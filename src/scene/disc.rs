@@ -1,4 +1,4 @@
-//! The `disc` of an input's profile: gas in rotation about what its scene has in the center.
+//! The `disc` of an input's profile: gas that rotates around the central bodies of its scene.
 
 use super::{Quantity, Term};
 use crate::error::{Error, Result};

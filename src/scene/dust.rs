@@ -1,4 +1,4 @@
-//! The `dust` section of a scene: a fluid of its own beside the gas.
+//! The `dust` section of a scene: a separate fluid in addition to the gas.
 
 use super::{FieldsInput, Term};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The `fields` section of a scene: what particles carry beside their mass, as expressions or from files.
+//! The `fields` section of a scene: columns that particles carry in addition to their mass, from expressions or from files.
 
 use crate::error::{Error, Result};
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! What a scene says of the physics that a code has to be told of: whether its matter attracts itself, walls, and its gas.
+//! Physics that a code needs to be told: whether matter is self-gravitating, walls, and properties of the gas.
 
 use super::{BalanceInput, BoundaryName, GravityName, Input, ProfileInput, Scene};
 use crate::error::{Error, Result};

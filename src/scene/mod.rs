@@ -1,4 +1,4 @@
-//! The scene: everything that a run needs to know, as one YAML document.
+//! The scene: all parameters of a run, as one YAML document.
 //!
 //! Unknown keys are errors with line and column. Numbers that have a dimension are [`Quantity`]s: with a unit, or in the
 //! scene's `units`, which are those of the input by default. What is left out takes the default that `--print-scene` shows.

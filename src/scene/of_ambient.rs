@@ -1,4 +1,4 @@
-//! The medium about bodies as a scene by itself, and what cannot stand beside it.
+//! The medium around bodies as a separate scene, and the keys that cannot be combined with it.
 
 use super::{AmbientInput, BodyInput, BoundaryName, DomainInput, Input, MatchName, ResolutionInput, Scene, Switch};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The scenes of bodies by themselves, and what cannot stand beside them.
+//! The scenes of single bodies, and the keys that cannot be combined with them.
 
 use super::{
     AttractorInput, BodyInput, BoundaryName, DomainInput, Input, Motion, OriginInput, OriginName, Scene, Thermal,

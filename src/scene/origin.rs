@@ -1,4 +1,4 @@
-//! The point of the result that is at the origin.
+//! The point of the result that is placed at the origin.
 
 use super::{Quantity, check_all};
 use crate::error::{Error, Result};

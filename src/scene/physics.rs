@@ -1,4 +1,4 @@
-//! What a scene says of motion, energies and materials.
+//! Keys of a scene for motion, energies and materials.
 
 use super::Quantity;
 use schemars::JsonSchema;

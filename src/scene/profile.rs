@@ -1,4 +1,4 @@
-//! The `profile` of a scene's input: a body from its physics, in place of a file.
+//! The `profile` of a scene's input: a body computed from its physics, instead of a file.
 
 use super::Quantity;
 use super::disc::DiscInput;

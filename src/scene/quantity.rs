@@ -1,4 +1,4 @@
-//! Numbers of a scene that have a dimension: `1.5`, `1 Rsun`, `30 km/s`, `5e5 K`.
+//! Numbers with a physical dimension: `1.5`, `1 Rsun`, `30 km/s`, `5e5 K`.
 //!
 //! A plain number is in the scene's `units`, which by default are those of the input. The rule is the same for every key.
 

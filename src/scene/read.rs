@@ -1,4 +1,4 @@
-//! Scenes from text and to text.
+//! Reads scenes from text, and writes them as text.
 
 use super::reference::keys;
 use super::{Scene, yaml};

@@ -1,5 +1,5 @@
-//! What scenes can say, key by key, as text: `sph-prep help scene` and the comments of a full scene. It is read from the schema,
-//! so that it is what the types and their comments say.
+//! The keys of scenes as text: `sph-prep help scene`, and the comments of a full scene. The text is generated from the schema, and thus from the
+//! types and their comments.
 
 use super::{Scene, schema, yaml};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! The `refine` section of a scene: a sphere of other resolution, which may move.
+//! The `refine` section of a scene: a sphere with another resolution, which may move.
 
 use super::Quantity;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! What a variable of an input is: density, a component of the velocity, a temperature.
+//! Roles of input variables: density, a component of the velocity, a temperature.
 
 use crate::error::{Error, Result};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};

@@ -1,4 +1,4 @@
-//! Schemas of what scenes may write in several ways; all others follow from the types and their comments.
+//! Schemas of keys that can be written in several ways; all other schemas follow from the types and their comments.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Visitor};

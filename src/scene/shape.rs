@@ -1,4 +1,4 @@
-//! Shapes of which a domain is put together.
+//! Shapes from which a domain is built.
 
 use super::Quantity;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! What a scene switches on, with or without its keys, or off, where leaving it out would leave the choice to the plan.
+//! A key that is switched on, with or without keys of its own, or off; if it is left out, the plan decides.
 
 use super::schema;
 use schemars::{JsonSchema, Schema, SchemaGenerator};

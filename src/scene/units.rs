@@ -1,4 +1,4 @@
-//! What a scene says of the units of its numbers, and of its density.
+//! Keys of a scene for the units of its numbers, and of its density.
 
 use super::{Role, Scene, system_of};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! A scene's text, and its errors in the words of who wrote it: where, what, and what to write instead.
+//! The text of a scene, and its errors in the user's terms: where they are, what is wrong, and what to write instead.
 
 use crate::error::{Error, Result};
 use serde::de::value::{SeqAccessDeserializer, StrDeserializer};

@@ -111,7 +111,7 @@ pub(super) fn near<const D: usize>(
     let mut open = vec![(partition(target, target.cell_rule())?, 0..target.count, Vec::from_iter(0..about.len()))];
     while let Some((cells, numbers, mut asking)) = open.pop() {
         let [lo, hi] = bounds(&cells);
-        // Seeds are moved within their parts.
+        // Seeded positions are moved within their parts.
         asking.retain(|&a| {
             let Surroundings { x, reach } = &about[a];
             target.domain.squared_distance_of_boxes([x, x], [&lo, &hi]) <= (JITTERED * reach).powi(2)
@@ -137,7 +137,7 @@ pub(super) fn near<const D: usize>(
     Ok(found)
 }
 
-/// A reach with what seeds may be moved by in it.
+/// A reach, with the distance by which seeded positions may be moved in it.
 const JITTERED: f64 = 1.1;
 /// Particles of a part that is not looked into further.
 const SMALL: usize = 16;

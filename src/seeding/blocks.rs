@@ -1,7 +1,7 @@
-//! Blocks of particles that are seeded each by itself: in several processes, or one after the other.
+//! Blocks of particles that are seeded independently: in several processes, or one after the other.
 //!
 //! Mass bisection numbers particles along its cuts, so that particles of successive numbers lie together, and places each
-//! from the target alone; so do shells, which number theirs from the inside out. A block is a range of numbers; its seeds are to the
+//! from the target alone; so do shells, which number theirs from the inside out. A block is a range of numbers; its positions are to the
 //! bit those of a whole run, whatever the other blocks are.
 
 use super::bisection;
@@ -40,11 +40,11 @@ pub fn blocks<const D: usize>(target: &Target<'_, D>, count: usize) -> Result<Ve
     (0..count).map(block).collect()
 }
 
-/// Seeds of which any block can be made without the rest.
+/// Initial positions of which any block can be made without the rest.
 pub struct Blockwise<'a, const D: usize> {
     pub(super) target: &'a Target<'a, D>,
     pub(super) seed: u64,
-    /// Of each region with the number of its first particle; none where seeds are by mass bisection.
+    /// Of each region with the number of its first particle; none if the seeding is mass bisection.
     pub(super) shells: Option<Vec<(usize, Shells<D>)>>,
 }
 
@@ -176,7 +176,7 @@ impl<'a, const D: usize> Blockwise<'a, D> {
     }
 }
 
-/// The seeds of some particles by mass bisection.
+/// The initial positions of some particles by mass bisection.
 ///
 /// # Errors
 /// A target without mass in its domain.

@@ -1,8 +1,8 @@
-//! Seeds that several ranks make together, and deal out so that each has those of a part of space.
+//! Initial positions that several ranks generate together, and exchange so that each rank has those of a part of space.
 //!
-//! Mass bisection numbers its seeds so that successive ones lie together. Shells number theirs from the inside out, so that successive ones are
-//! layers: these get other numbers here, leaf by leaf of a tree of planes, and each rank has a range of them. The number of a seed does not depend on
-//! how many ranks there are.
+//! Mass bisection numbers its particles so that successive ones lie together. Shells number theirs from the inside out, so that successive ones form
+//! layers; these are renumbered here, leaf by leaf of a tree of planes, and each rank has a range of the new numbers. The number of a particle does
+//! not depend on how many ranks there are.
 
 use super::blocks::{Blockwise, each_region, seed_block};
 use super::parting::Parting;
@@ -17,8 +17,8 @@ const OF_A_LEAF: usize = 64;
 const MOST_LEAVES: usize = 1 << 13;
 
 impl<const D: usize> Blockwise<'_, D> {
-    /// Those seeds of a whole run that are this rank's, where `shares` are the numbers that each rank is to have: one range after the other from 0 to the
-    /// target's count. All ranks call it together.
+    /// Those initial positions of a whole run that belong to this rank, where `shares` are the numbers of each rank: one range after the other from 0
+    /// to the target's count. All ranks call it together.
     ///
     /// # Errors
     /// A target without mass in its domain, on all of them.
@@ -51,7 +51,7 @@ impl<const D: usize> Blockwise<'_, D> {
     }
 }
 
-/// The number of the first seed of this rank in each leaf: leaf by leaf, and in each by the rank that has made it.
+/// The number of the first particle of this rank in each leaf: leaf by leaf, and in each by the rank that has made it.
 fn firsts(all: &[Vec<f64>], rank: usize) -> Vec<usize> {
     let mut next = 0;
     let first = |leaf: usize| {
@@ -65,7 +65,7 @@ fn firsts(all: &[Vec<f64>], rank: usize) -> Vec<usize> {
 
 /// Leaves of all regions, one region after the other.
 struct Leaves<const D: usize> {
-    /// Numbers of the first seed and of the first leaf of each region.
+    /// Numbers of the first particle and of the first leaf of each region.
     regions: Vec<(usize, usize, Parting<D>)>,
     count: usize,
 }
@@ -83,7 +83,7 @@ impl<const D: usize> Leaves<D> {
         Ok(all)
     }
 
-    /// The leaf of the seed that was made with this number.
+    /// The leaf of the particle that was made with this number.
     fn of(&self, number: usize, x: &[f64; D]) -> usize {
         let region = self.regions.partition_point(|(first, ..)| *first <= number) - 1;
         let (_, first, parting) = &self.regions[region];

@@ -1,5 +1,5 @@
-//! Glasses: irregular sets of even spacing, without preferred directions, in two kinds that differ in what moves
-//! the points of a uniform periodic box.
+//! Glasses: irregular arrangements of uniform spacing without preferred directions, in two kinds that differ in the force that moves the points
+//! of a uniform periodic box.
 //!
 //! `glass` relaxes bisected and jittered points by the short-range repulsion of the weighted Voronoi tessellation
 //! ([`crate::relaxation`]), which evens out the summed density over a kernel's reach; on scales beyond, the bisection

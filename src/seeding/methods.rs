@@ -1,4 +1,4 @@
-//! The seeding methods as data: what each is, where it is from, what it can do.
+//! The seeding methods as data: description, source and capabilities of each.
 
 use super::name::Seeding;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Space cut into blocks by planes, each with its share of the target's mass on either side, as mass bisection cuts particles.
+//! Divides space by planes into blocks, each with its share of the target's mass on either side, as mass bisection divides particles.
 
 use super::bisection::least_cells;
 use crate::error::Result;

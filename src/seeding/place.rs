@@ -1,4 +1,4 @@
-//! From a target and a method to positions.
+//! Computes positions from a target and a method.
 
 use super::glass::{self, Repulsion};
 use super::lattice::Lattice;

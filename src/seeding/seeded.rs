@@ -1,4 +1,4 @@
-//! What a seeding method makes.
+//! The result of a seeding method.
 
 use crate::target::Positions;
 

@@ -1,4 +1,4 @@
-//! Which lattice of exactly N points a periodic box holds: the edges of the box as whole-numbered vectors of a lattice.
+//! Finds a lattice of exactly N points that fits a periodic box: the edges of the box become integer vectors of the lattice.
 //!
 //! The points of a lattice with the basis B repeat with the edges E of a box if E = B M with a matrix M of integers, and
 //! |det M| = N of them lie in it. Sought is the M for which E M^-1 is nearest to a rotated B: three vectors of the ideal lattice,

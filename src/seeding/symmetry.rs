@@ -1,4 +1,4 @@
-//! Which symmetry a target has, found by sampling: what a uniform pattern can be mapped to.
+//! Detects the symmetry of a target by sampling, which decides how a uniform pattern can be mapped to it.
 
 use super::name::Seeding;
 use super::{kronecker, methods};

@@ -1,4 +1,4 @@
-//! Which of several separate parts of a piece a place of it is in.
+//! Determines which of several separate parts of a piece contains a position.
 
 use crate::field::{Aabb, Bvh};
 use sph::nearest::Nearest;

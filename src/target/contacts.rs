@@ -1,4 +1,4 @@
-//! Where regions of a target meet.
+//! Contacts between the regions of a target.
 
 use super::Target;
 use super::edges::ways;

@@ -1,4 +1,4 @@
-//! Where the target changes faster than a sum over neighbors can follow, and where it is discontinuous.
+//! Finds where the target changes faster than a sum over neighbors can follow, and where it is discontinuous.
 
 use super::matter::Matter;
 use super::{Positions, Target, at};

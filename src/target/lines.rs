@@ -1,5 +1,5 @@
-//! Masses of boxes that surfaces cross, by lines: the ends of parts along a line are found, wherever it is looked, so that a thin layer is never
-//! between the places, and its angle to the axes is of no account.
+//! Masses of boxes that are crossed by surfaces, from lines through the boxes. The boundaries of parts are located exactly along each line, so
+//! that a thin layer cannot be missed between sampling points, whatever its angle to the axes.
 
 use super::matter::Matter;
 use crate::field::quadrature::rule;

@@ -1,4 +1,4 @@
-//! Which cell is at a place, and which are next to a cell.
+//! Finds the cell at a position, and the neighbors of a cell.
 
 use super::cells::Cell;
 use sph::domain::{Axis, Domain};

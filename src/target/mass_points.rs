@@ -1,4 +1,4 @@
-//! The target as points of mass, several to each particle: what a kernel makes of it is then a sum over neighbors.
+//! The target as point masses, several for each particle: the target smoothed by the kernel is then a sum over neighbors.
 //!
 //! rho_s(x) = int W(|x - y|, H) rho*(y) d^d y = sum_c m_c W(|x - y_c|, H) for cells with mass m_c and center of mass y_c, with an error of
 //! second order in their size over H. Cells are those that mass bisection begins with: fine where mass is, however thin it lies.

@@ -1,4 +1,4 @@
-//! What cells need to know of a target.
+//! The properties of a target that cells use.
 
 use crate::field::Stretch;
 use sph::domain::Domain;

@@ -1,4 +1,4 @@
-//! What placement aims at: a number density over a domain, and the mass that each particle stands for.
+//! The target of placement: a number density over a domain, and the mass that each particle represents.
 //!
 //! Inside placement lengths are in units of the domain's size and the total mass is 1, so nothing depends on
 //! the units of the input.

@@ -1,4 +1,4 @@
-//! A target divided into cells, finer where mass is.
+//! A target divided into cells, with smaller cells where more mass is.
 
 use super::cells::{Cell, Rule};
 use super::matter::{Matter, Within};

@@ -1,5 +1,5 @@
-//! What surfaces leave of a cell, as parts of lines with the area about each: they say where its mass is, however often it is cut, without
-//! another look at the target.
+//! The parts of a cell that surfaces leave, as line segments with the cross-section that each represents. They give the distribution of the
+//! cell's mass for any number of cuts, without evaluating the target again.
 
 use super::cells::Cell;
 use super::lines;

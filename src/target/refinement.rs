@@ -1,4 +1,4 @@
-//! Cells divided until they are light.
+//! Divides cells until their masses are small enough.
 
 use super::cells::{Cell, Rule};
 use super::matter::Matter;

@@ -1,4 +1,4 @@
-//! How the pieces of a target lie beside each other: the cells that show them, which of them belong together, and the particles that each has.
+//! The arrangement of the pieces of a target: the cells in which they occur, which of them belong together, and the number of particles of each.
 
 use super::cells::{Cell, Rule};
 use super::locator::{Locator, beside, next, ways};

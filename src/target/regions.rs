@@ -1,4 +1,4 @@
-//! Regions of a target: what discontinuities and vacuum separate.
+//! Regions of a target, which discontinuities and vacuum separate.
 //!
 //! A field that knows its pieces ([`ScalarField::piece`]) is looked at in cells that are fine where it changes. Neighboring
 //! cells of one piece belong together, and so do pieces between which the field is continuous. What is left apart are

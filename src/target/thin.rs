@@ -1,4 +1,5 @@
-//! Pieces of a field that are thinner than the cells in which they are looked for: lines through the cells meet them, and their middles hardly ever.
+//! Finds pieces of a field that are thinner than the cells of the search: lines through the cells hit them, while the centers of the cells hardly
+//! ever do.
 
 use super::cells::Cell;
 use super::lines;

@@ -1,4 +1,4 @@
-//! `job_info`: what a code says of its run, in words.
+//! `job_info`: the description of its run that a code writes as text.
 
 use crate::units::UnitSystem;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Makes a field of a plotfile.
+//! Builds a field from a plotfile.
 
 use super::fab::{Fab, Files};
 use super::header::Header;

@@ -1,4 +1,4 @@
-//! Words of AMReX's texts: brackets and commas only separate numbers.
+//! Splits AMReX's text files into words; brackets and commas only separate numbers.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};

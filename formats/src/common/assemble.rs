@@ -1,4 +1,4 @@
-//! Particles from named arrays, for formats that hold nothing else: tables, NumPy archives, NetCDF variables, VTK points.
+//! Assembles particles from named arrays, for formats that contain nothing else: tables, NumPy archives, NetCDF variables, VTK points.
 //!
 //! Units: the header's where it states them, else those of the coordinates, masses and velocities (or energies), else
 //! pure numbers. Arrays in other units than these are converted; arrays without one are taken for what their name means.

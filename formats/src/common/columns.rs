@@ -1,4 +1,4 @@
-//! From the columns of a text file to the requested variables.
+//! Selects the requested variables from the columns of a text file.
 
 use crate::common::text::Text;
 use crate::error::{FormatError, Result};

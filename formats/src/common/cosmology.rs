@@ -1,4 +1,4 @@
-//! What a snapshot says of an expanding universe, in which its numbers are not those of lengths and masses by themselves.
+//! Cosmological parameters in the header of a snapshot, and whether its numbers are comoving or contain powers of h.
 
 use crate::model::COSMOLOGY_KEY;
 

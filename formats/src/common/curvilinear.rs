@@ -1,4 +1,4 @@
-//! Grids along r, theta, phi or R, phi, z in files that say so by the names of their axes.
+//! Grids in spherical (r, theta, phi) or cylindrical (R, phi, z) coordinates, recognized by the names of their axes.
 
 use crate::model::{Coordinates, GridAxis};
 use std::f64::consts::{PI, TAU};

@@ -1,4 +1,4 @@
-//! GADGET-2's entropies in the place of energies.
+//! Entropies that GADGET-2 stores in place of internal energies.
 //!
 //! Where the header's `Flag_Entropy_ICs` is not 0, InternalEnergy of gas holds the entropic function A = P / rho^gamma
 //! (GADGET-2 user guide, section 6; Springel & Hernquist 2002, MNRAS 333, 649), so that u = A rho^(gamma - 1) / (gamma - 1).

@@ -1,4 +1,4 @@
-//! A particle file's header as pairs of texts, for formats that keep nothing but named texts.
+//! The header of a particle file as pairs of strings, for formats that store only named strings.
 
 use crate::model::RunHeader;
 use crate::units::UnitSystem;

@@ -1,5 +1,5 @@
-//! All particles of a file as one table, for formats without particle types: one array per column name, with a column
-//! `ParticleType` where there is more than gas, and NaN where a type has no such column.
+//! All particles of a file as one table, for formats without particle types: one array per column name, with a column `ParticleType` if there are
+//! types other than gas, and NaN where a type lacks a column.
 
 use crate::model::{Column, ParticleFile, Species, Values};
 use crate::particle_names as names;

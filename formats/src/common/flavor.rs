@@ -1,5 +1,5 @@
-//! What a flavor of particle file demands of its columns, whatever the container: one table of [`Rule`]s, from which
-//! every dataset is planned and checked before anything is written.
+//! The columns that a flavor of particle file requires, for any container: one table of [`Rule`]s, from which every dataset is planned and
+//! checked before anything is written.
 
 use crate::capabilities::halvings;
 #[cfg(any(feature = "hdf5-layer", feature = "phantom"))]

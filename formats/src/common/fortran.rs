@@ -1,4 +1,4 @@
-//! Fortran records as gfortran writes them, long ones in parts. No length is believed before the file is seen to be
+//! Fortran records as gfortran writes them, where long records are split into parts. A record length is used only after the file is known to be
 //! that long.
 
 use crate::error::{FormatError, Result};

@@ -1,5 +1,5 @@
-//! Pieces that several formats share. Public are the writer of classic NetCDF files, which programs and their tests make
-//! inputs with, and the names of particle columns.
+//! Code shared by several formats. Public are the writer of classic NetCDF files, with which programs and their tests make inputs, and the names
+//! of particle columns.
 
 // A build of few formats has no use for some of them.
 #![cfg_attr(not(feature = "default"), allow(dead_code))]

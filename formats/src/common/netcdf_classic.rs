@@ -1,4 +1,4 @@
-//! A small writer of NetCDF classic files, for fields that this project makes itself.
+//! A small writer of NetCDF classic files, for fields that this project creates itself.
 //!
 //! Files are CDF-2 (64-bit offset); CDF-5 (64-bit data) where a dimension or a variable is too large for
 //! that, or has integers of 64 bits.

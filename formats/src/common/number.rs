@@ -1,4 +1,4 @@
-//! Numbers between columns and files.
+//! Conversion of numbers between columns and files.
 
 /// A number on its way into a file; integers keep all their digits.
 #[derive(Clone, Copy)]

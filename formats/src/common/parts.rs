@@ -1,4 +1,4 @@
-//! Particles from the files of one snapshot, put together.
+//! Joins the particles of a snapshot that is split over several files.
 
 use crate::error::{FormatError, Result};
 use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, RunHeader, Species, Values};

@@ -1,4 +1,4 @@
-//! What holds in every radial profile: radii in order, masses that do not shrink outwards, densities.
+//! Checks that apply to every radial profile: radii ascend, enclosed masses do not decrease outwards, densities are valid.
 
 use crate::common::text::Text;
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! What the datasets of particle files measure.
+//! The physical quantities of the datasets in particle files.
 
 use crate::units::UnitDimension;
 

@@ -1,4 +1,4 @@
-//! What one dataset of a particle file is made of.
+//! The rule that defines one dataset of a particle file.
 
 use crate::common::quantity::Quantity;
 

@@ -1,4 +1,4 @@
-//! What readers of surfaces have in common: points and facets on their way into a field.
+//! Code shared by the readers of surfaces: from points and facets to a field.
 
 use crate::error::{FormatError, Result};
 use crate::model::{Geometry, RawField};

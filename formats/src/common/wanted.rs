@@ -1,4 +1,4 @@
-//! Which of a file's variables are read.
+//! Selects which variables of a file are read.
 
 use crate::nearest::did_you_mean;
 use crate::registry::FieldRequest;

@@ -1,4 +1,4 @@
-//! The container: items within items, each with named values and arrays.
+//! The container format: nested items, each with named values and arrays.
 //!
 //! | part       | bytes                                                                                                            |
 //! |------------|------------------------------------------------------------------------------------------------------------------|

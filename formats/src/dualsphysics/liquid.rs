@@ -1,4 +1,4 @@
-//! The liquid that particles stand for: its equation of state, and the lengths that the code is told.
+//! The liquid that the particles represent: its equation of state, and the lengths that the code requires.
 //!
 //! Pressure and density are tied by Tait's equation (Monaghan 1994, J. Comput. Phys. 110, 399),
 //!

@@ -1,4 +1,4 @@
-//! Names in the files, and what they begin with.
+//! Names in the files, and the bytes that the files begin with.
 
 use crate::registry::Columns;
 

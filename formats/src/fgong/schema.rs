@@ -1,4 +1,4 @@
-//! What the variables of a version are, and the line by which a file is known.
+//! The variables of each version, and the line by which a file is recognized.
 
 use crate::common::fixed_width::is_numbers;
 

@@ -1,5 +1,5 @@
-//! What in the header of a file contradicts the rest of it. Files can be read all the same; a code that starts from them stops, or counts
-//! other particles.
+//! Contradictions between the header of a file and its data. Such files can be read, but a code that starts from them stops or counts a different
+//! number of particles.
 
 use crate::common::hdf5_read::Attributes;
 use crate::model::DOUBT_KEY;

@@ -1,4 +1,4 @@
-//! How a file is laid out, as codes see it that start from it: by the names and lengths that it has.
+//! Records the layout of a file, that is the names and lengths of its groups, datasets and attributes, as a code that starts from it finds them.
 
 use crate::common::hdf5_read::{Attributes, Reader};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! Blocks by name and order, and the header's bytes.
+//! The names and order of the blocks, and the bytes of the header.
 
 use super::schema::NAME;
 use crate::common::cosmology::Stated;

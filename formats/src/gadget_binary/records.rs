@@ -1,4 +1,4 @@
-//! Fortran records of a file, in either byte order. No length is believed before the file is seen to be that long.
+//! Fortran records of a file, in either byte order. A record length is used only after the file is known to be that long.
 
 use super::schema::{HEADER_BYTES, HEADER_BYTES_OF_4, NAME, NAME_BYTES};
 use crate::error::{FormatError, Result};

@@ -1,4 +1,4 @@
-//! Athena++: mesh blocks of one level, put together, and those of several, as they are.
+//! Athena++: mesh blocks of one level are joined to one grid; blocks of several levels are kept as they are.
 
 use super::athena_tree;
 use super::mesh::{Mesh, gathered, grid, unsupported};

@@ -1,4 +1,4 @@
-//! Athena++ with static or adaptive refinement: which block is where.
+//! Athena++ with static or adaptive refinement: the location of each block.
 
 use super::tree::{Leaf, MOST_LEVELS, Tree};
 use crate::common::hdf5_read::Reader;

@@ -1,4 +1,4 @@
-//! What a FLASH file says of its run: lists of names and values.
+//! Runtime parameters of a FLASH file: lists of names and values.
 
 use crate::common::hdf5_read::{Member, Reader};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! A grid as both codes have it, and how its parts are made.
+//! The representation of a grid that both codes share, and how its parts are built.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};

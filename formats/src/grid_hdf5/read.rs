@@ -1,4 +1,4 @@
-//! Tells which code's file it is, and makes a field of it.
+//! Recognizes which code wrote the file, and builds a field from it.
 
 use super::mesh::unsupported;
 use super::schema::{DENSITY_NAMES, NAME};

@@ -1,4 +1,4 @@
-//! Trees of blocks: every block has as many cells, and one that is divided has two along each axis in its place.
+//! Trees of blocks: every block has the same number of cells, and a refined block is replaced by two blocks along each axis.
 
 use super::mesh::unsupported;
 use crate::error::{FormatError, Result};

@@ -1,4 +1,4 @@
-//! The first line of a model, by which the file is known, too.
+//! The first line of a model, by which the file is also recognized.
 
 use crate::common::text::parse_number;
 

@@ -1,4 +1,4 @@
-//! A picture as both decoders leave it, and the densities that its colors mean.
+//! A decoded image, from either decoder, and the densities that its colors represent.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};

@@ -1,4 +1,4 @@
-//! What begins a file.
+//! The bytes that a file begins with.
 
 pub const NAME: &str = "image";
 

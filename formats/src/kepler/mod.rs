@@ -1,5 +1,5 @@
-//! KEPLER: models of stars and supernova progenitors as text, as Heger and others hand them on (`s15_presn` and the like),
-//! and as Phantom writes them for KEPLER.
+//! KEPLER: stellar models and supernova progenitors as text, as published by Heger and others (`s15_presn` and similar files), and as Phantom
+//! writes them for KEPLER.
 //!
 //! | part | content |
 //! |---|---|

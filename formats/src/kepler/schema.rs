@@ -1,4 +1,4 @@
-//! The names of columns, by which a file is known.
+//! The names of columns, by which a file is recognized.
 
 pub const NAME: &str = "kepler";
 

@@ -1,4 +1,4 @@
-//! Faces of the zones: as listed, or rebuilt from mass and density.
+//! Faces of the zones: as listed, or reconstructed from mass and density.
 
 use super::sheet::Sheet;
 use crate::common::text::Text;

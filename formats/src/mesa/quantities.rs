@@ -1,4 +1,4 @@
-//! What the columns of a profile mean.
+//! The physical quantities of the columns of a profile.
 
 /// Unit of a column, where solar ones depend on the file.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,4 @@
-//! What begins a profile.
+//! The line that a profile begins with.
 
 pub const NAME: &str = "mesa";
 

@@ -1,4 +1,4 @@
-//! What a coordinate variable is, by CF conventions, and its nodes in ascending order.
+//! The meaning of a coordinate variable by CF conventions, and its nodes in ascending order.
 //!
 //! Roles come from `axis`, `standard_name`, `units` (`degrees_north`, `days since ...`), `positive`, and last
 //! from the name; never from the order of dimensions. CF: <https://cfconventions.org>, chapters 4 and 5.

@@ -1,4 +1,4 @@
-//! An open file: what it holds by name, and what its errors say.
+//! An open file: its contents by name, and the texts of its errors.
 
 use super::axes::{self, Role};
 use super::schema::NAME;

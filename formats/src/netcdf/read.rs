@@ -1,4 +1,4 @@
-//! Finds the density and its axes in a NetCDF file, and reads everything that lives on them.
+//! Finds the density and its axes in a NetCDF file, and reads every variable on the same axes.
 
 use super::axes::{self, Role};
 use super::decode::{self, Order};

@@ -1,4 +1,4 @@
-//! Names of the format and in its files.
+//! The name of the format and the names in its files.
 
 pub const NAME: &str = "netcdf";
 

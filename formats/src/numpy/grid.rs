@@ -1,4 +1,4 @@
-//! Grids among the arrays of a file, and where their values are.
+//! Finds grids among the arrays of a file, and where their values are.
 
 use super::npy::{Array, Content, transposed};
 use super::schema::NAME;

@@ -1,4 +1,4 @@
-//! Wavefront OBJ files: of them the faces, or, where there are none, lines in a plane of constant z as a curve in 2-D.
+//! Wavefront OBJ files. Only their faces are read or, if there are none, lines in a plane of constant z as a curve in 2-D.
 //!
 //! | line | what |
 //! |---|---|

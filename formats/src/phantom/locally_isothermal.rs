@@ -1,4 +1,5 @@
-//! Gas of a disc that keeps the temperature of its distance from its star: P = c^2 rho with c^2 = K r^(-2q), Phantom's `ieos = 6`.
+//! Locally isothermal gas of a disc, whose temperature depends on the distance from the star: P = c^2 rho with c^2 = K r^(-2q), Phantom's `ieos =
+//! 6`.
 
 use crate::model::{DISC_KEY, ParticleFile, ParticleTable};
 use crate::particle_names as names;

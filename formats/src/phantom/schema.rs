@@ -1,4 +1,4 @@
-//! What begins a dump, and the units of its numbers.
+//! The bytes that a dump begins with, and the units of its numbers.
 
 use crate::units::UnitSystem;
 

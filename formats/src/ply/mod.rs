@@ -1,4 +1,4 @@
-//! PLY files (Stanford's polygon format): of them the points and faces; text and binary of either byte order.
+//! PLY files (Stanford's polygon format), text and binary of either byte order. Only points and faces are read.
 //!
 //! ```text
 //! ply

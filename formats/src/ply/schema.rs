@@ -1,4 +1,4 @@
-//! What tells a PLY file.
+//! The bytes by which a PLY file is recognized.
 
 pub const NAME: &str = "ply";
 

@@ -1,5 +1,5 @@
-//! From octs to blocks: octs that fill a larger cube of their level become one block, so that a uniform part of a grid takes as
-//! many as it has cubes. Octs are sorted along Morton's curve, on which every cube is a run.
+//! Combines octs into blocks: octs that fill a larger cube of their level become one block, so that a uniform part of a grid needs one block for
+//! each such cube. Octs are sorted along Morton's curve, on which every cube is a contiguous range.
 
 use super::info::Info;
 use super::octs::Octs;

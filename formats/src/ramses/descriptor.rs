@@ -1,4 +1,4 @@
-//! The names of the hydro variables: those of the descriptor, else RAMSES' own order.
+//! The names of the hydro variables: those of the descriptor or, if there is none, RAMSES' default order.
 
 use super::schema::NAME;
 use crate::common::text::Text;

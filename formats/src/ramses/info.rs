@@ -1,4 +1,4 @@
-//! `info_00001.txt`: what all files of an output share.
+//! `info_00001.txt`: parameters that all files of an output share.
 
 use super::schema::{NAME, output_number};
 use crate::common::text::Text;

@@ -1,4 +1,4 @@
-//! Whole and real numbers in records.
+//! Integers and real numbers in records.
 
 use crate::common::fortran::Records;
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! Makes a field of an output.
+//! Builds a field from an output.
 
 use super::amr::{self, Shape};
 use super::blocks::{self, Box};

@@ -1,4 +1,4 @@
-//! By what a file is known.
+//! The bytes by which a file is recognized.
 
 pub const NAME: &str = "stl";
 

@@ -1,4 +1,4 @@
-//! What columns x, y, z mean beside a radius: the mass fractions X, Y, Z of a star, or coordinates.
+//! The meaning of columns x, y, z beside a radius: the mass fractions X, Y, Z of a star, or coordinates.
 
 use super::sheet::Sheet;
 use crate::common::text::Text;

@@ -1,4 +1,4 @@
-//! Tables over x, y, z: grids where the points fill one, clouds otherwise.
+//! Tables over x, y, z: grids if the points fill one, clouds otherwise.
 
 /// Points that fill a rectilinear grid.
 pub struct Arrangement {

@@ -1,4 +1,4 @@
-//! What a file of either syntax holds, and how that becomes a raw field.
+//! The contents of a file of either syntax, and their conversion to a raw field.
 
 use super::schema::NAME;
 use crate::error::{FormatError, Result};

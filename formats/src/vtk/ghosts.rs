@@ -1,4 +1,4 @@
-//! Cells that a file marks as those of another piece, or as hidden: they are no part of what is there.
+//! Cells that a file marks as belonging to another piece, or as hidden; they are ignored.
 //!
 //! `vtkGhostType` of cells has bits (`vtkDataSetAttributes::CellGhostTypes`): 1 for a cell that another piece has, 32 for a hidden one. Before VTK 6.3
 //! `vtkGhostLevels` told how far a cell lies within another piece.

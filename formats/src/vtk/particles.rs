@@ -1,4 +1,4 @@
-//! Points with masses are particles.
+//! Points with masses are read as particles.
 //!
 //! What the header says, and the unit of each array, stands in comments of XML files (`<!-- sph-prep key: value -->`); legacy
 //! files have no place for it.

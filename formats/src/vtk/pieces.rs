@@ -1,4 +1,4 @@
-//! Files that list others with parts of the particles: `.pvtu` and `.pvtp`.
+//! Files that list other files, each with part of the particles: `.pvtu` and `.pvtp`.
 
 use super::schema::NAME;
 use super::write::declared_arrays;

@@ -1,4 +1,4 @@
-//! WDEC: models of the White Dwarf Evolution Code, which it calls `evolved`.
+//! Models of the White Dwarf Evolution Code (WDEC), in the files that it calls `evolved`.
 //!
 //! | line | content |
 //! |---|---|

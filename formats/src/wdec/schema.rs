@@ -1,4 +1,4 @@
-//! The two lines by which a model is known.
+//! The two lines by which a model is recognized.
 
 use crate::common::fixed_width::is_numbers;
 

@@ -1,4 +1,4 @@
-//! Mirror images near the edges of a hull, where one face is not the whole surface.
+//! Mirror images near the edges of a hull, where the surface is more than one face.
 //!
 //! A particle is mirrored in each face that is near; beside an edge both images count, each on its own side of the middle between the faces outside,
 //! and those mirrored twice fill what is left of the space beyond a sharp edge (all of it for right angles, three times in a corner of them). With the

@@ -1,4 +1,4 @@
-//! The space that particles may occupy, and the only code that wraps, mirrors or confines positions.
+//! The region that particles may occupy, and the only code that wraps, mirrors or confines positions.
 
 mod bounds;
 mod edges;

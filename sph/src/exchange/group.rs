@@ -1,4 +1,4 @@
-//! Some of the ranks of a run, which work on something together while the others go on.
+//! A subset of the ranks of a run, which work together while the other ranks continue.
 
 use super::{Exchange, Traffic, doubling};
 

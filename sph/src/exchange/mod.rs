@@ -1,4 +1,4 @@
-//! What the ranks of a run tell each other: one small interface, without physics.
+//! Communication between the ranks of a run: one small interface, without physics.
 //!
 //! A run over several ranks gives each a part of the particles. All ranks call the same functions in the same order; totals are
 //! added in the order of ranks, so that each rank has the same bits and comes to the same decisions.

@@ -1,4 +1,4 @@
-//! Kernels by name: where a choice at run time becomes a type.
+//! Kernels by name: converts a choice at run time to a type.
 
 use super::shape::Kernel;
 use crate::with_kernel;

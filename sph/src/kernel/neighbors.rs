@@ -1,4 +1,4 @@
-//! How kernels count neighbors: customary numbers, what a particle counts of itself, and how many keep particles apart.
+//! Neighbor numbers of kernels: customary numbers, the self-contribution of a particle, and the largest number without pairing.
 
 use super::name::KernelName;
 use super::shape::{Kernel, evaluate};

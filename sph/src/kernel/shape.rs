@@ -1,4 +1,4 @@
-//! What a kernel is.
+//! The definition of a kernel.
 
 use crate::lanes::Real;
 use pulp::Simd;

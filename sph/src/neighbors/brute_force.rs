@@ -1,4 +1,4 @@
-//! Neighbors by looking at every pair and image in f64: the oracle of the tests.
+//! Neighbors found by checking every pair and image in f64; used as the reference in tests.
 
 use crate::domain::Domain;
 

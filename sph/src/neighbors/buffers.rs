@@ -1,4 +1,4 @@
-//! What has been gathered, in arrays that vector registers are loaded from.
+//! Gathered particles, in arrays from which vector registers are loaded.
 
 use crate::lanes::{MAX_LANES, Real};
 use crate::pack::{EIGHT, SIXTEEN};

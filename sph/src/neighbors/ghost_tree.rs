@@ -1,4 +1,4 @@
-//! Ghosts in the order of a tree of their own, so that they can be gathered from.
+//! Ghosts in the order of a separate tree, from which they can be gathered.
 
 use super::tree::Tree;
 use crate::domain::{Domain, Ghosts};

@@ -1,4 +1,4 @@
-//! Particles of other ranks that those of this rank see, kept in a tree of their own to be gathered from.
+//! Particles of other ranks that are visible to the particles of this rank, in a separate tree from which they are gathered.
 //!
 //! Each rank tells the others where its particles are, as boxes with how far the particles in them see, and is given all
 //! that lie within. The boxes are nodes of its tree: some dozens tell the shape of a block closely enough. A particle that

@@ -1,4 +1,4 @@
-//! Leaves of sources near a box: what a group of neighboring leaves may see is looked for once, from the root of the tree.
+//! Leaves of sources near a box. The leaves that a group of neighboring leaves may see are searched once, from the root of the tree.
 
 use super::sources::Sources;
 use super::tree::Node;

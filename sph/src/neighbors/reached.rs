@@ -1,4 +1,4 @@
-//! Which particles others see.
+//! Determines which particles are within reach of others.
 
 use super::tree::Tree;
 use crate::domain::Domain;

@@ -1,4 +1,4 @@
-//! Particles to gather from, and how far they are seen.
+//! Particles to gather from, and the distance up to which each is seen.
 
 use super::tree::{Node, Tree};
 use crate::pack::EIGHT;

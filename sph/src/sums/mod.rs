@@ -1,5 +1,5 @@
-//! Sums over neighbors: densities with their gradients, the support radii that belong to a neighbor number, forces, and
-//! what relaxation asks of a particle's surroundings.
+//! Sums over neighbors: densities with their gradients, the support radii that belong to a neighbor number, forces, and other sums that
+//! relaxation needs.
 //!
 //! Each is compiled in this crate for one to three dimensions, all kernels and the precisions that it is needed in.
 

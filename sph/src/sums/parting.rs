@@ -1,4 +1,4 @@
-//! How particles that are far too close to each other part.
+//! Separates particles that are far too close to each other.
 
 use crate::domain::Domain;
 use crate::geometry::unit_ball_volume;

@@ -1,4 +1,4 @@
-//! What particles do to others at their own support radius: the half of a conservative force that a gather lacks.
+//! Contributions of particles to others within their own support radius: the half of a conservative force that a gather omits.
 
 use super::registers::{separation, splat};
 use crate::domain::Domain;

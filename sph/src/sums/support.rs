@@ -1,4 +1,4 @@
-//! Support radii that belong to a neighbor number: n_a V_d H_a^d = N_H (ALARIC sec. 1), and the sums there.
+//! Support radii that belong to a neighbor number: n_a V_d H_a^d = N_H (ALARIC sec. 1), and the sums at these radii.
 
 use super::density::{DensitySums, density_sums};
 use crate::domain::Domain;

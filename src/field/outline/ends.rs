@@ -1,4 +1,4 @@
-//! What particles fill: a box, or what is within their surface, as a hull.
+//! The region that particles fill: a box, or the interior of their surface as a hull.
 
 use super::level::{APART, End, Outline, REACH, REACHED, STEPS, length};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! The surface of particles, found.
+//! Finds the surface of a set of particles.
 
 use super::ends::Ends;
 use super::level::{APART, Blob, End, FARTHEST, Outline, STEPS, length, of_bent, of_half_ball};

@@ -1,4 +1,4 @@
-//! The level of which the surface is the zero.
+//! The level function whose zero set is the surface.
 
 use crate::field::cloud::Cloud;
 use crate::field::listed::Listed;

@@ -1,4 +1,4 @@
-//! Where the cells go.
+//! Adaptive refinement: decides which cells are divided.
 
 use super::cell::{Cell, Rule, integrated};
 use super::integrand::Integrand;

@@ -1,4 +1,4 @@
-//! Where a pattern of parts changes.
+//! Finds where a pattern of parts changes.
 
 /// Parts in some order, by number, with their widths.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,4 +1,4 @@
-//! Ends of parts that may hide between the points of a cell's lattice.
+//! Boundaries of parts that may be hidden between the points of a cell's lattice.
 
 use super::lattice::shares;
 use crate::field::Level;

@@ -1,4 +1,4 @@
-//! What is integrated.
+//! The interface of an integrand.
 
 use crate::field::{Enclosure, Trace};
 

@@ -1,4 +1,4 @@
-//! The points of a cell at which its parts are told: at the faces and in the middle along each axis.
+//! The points of a cell at which its parts are identified: at the faces and in the middle along each axis.
 
 use crate::field::Trace;
 

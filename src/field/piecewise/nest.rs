@@ -1,4 +1,4 @@
-//! Integration of a cell across the ends of parts, axis by axis.
+//! Integration of a cell across the boundaries of parts, axis by axis.
 //!
 //! Along the innermost axis the ends are found to rounding, and Gauss-Legendre rules between them meet a smooth function.
 //! What that leaves as a function of the outer coordinates is smooth but where ends of parts leave the cell through a

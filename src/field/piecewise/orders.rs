@@ -1,4 +1,4 @@
-//! Rules of several orders, and the errors that they show.
+//! Quadrature rules of several orders, and their error estimates.
 
 /// Relative difference of rules that agree but for rounding.
 pub(super) const SAME: f64 = 1e-13;

@@ -1,4 +1,4 @@
-//! A box of the unit cube through which an integrand is seen.
+//! A box of the unit cube to which an integrand is restricted.
 
 use super::integrand::Integrand;
 use crate::field::Trace;

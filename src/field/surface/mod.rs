@@ -1,4 +1,4 @@
-//! Closed surfaces of facets (triangles, or segments in 2-D) as regions: what has a winding number above one half is inside.
+//! Closed surfaces of facets (triangles, or segments in 2-D) as regions: a point with a winding number above one half is inside.
 //!
 //! Volume: by the divergence theorem where the surface is closed and passes through itself nowhere that matters, checked against
 //! the integral of its chords; else that integral. A query takes O(log n) of n facets.

@@ -1,4 +1,4 @@
-//! Boxes of which it is known whether they lie inside a closed surface: most of space is far from it.
+//! Boxes that are known to lie inside or outside of a closed surface; most of space is far from it.
 
 use super::super::bvh::Aabb;
 

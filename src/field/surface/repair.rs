@@ -1,4 +1,4 @@
-//! What is wrong with a surface's facets, and what is done about it: turned facets, inverted bodies, holes and cracks.
+//! Detects and repairs errors in a surface's facets: flipped facets, inverted bodies, holes and cracks.
 //!
 //! Facets that share a ridge (an edge in 3-D, a point in 2-D) with one other are turned alike. The ridges that are left over, each
 //! with its direction, are the boundary of the whole, which has no boundary itself: they form closed rims, whatever the facets are.

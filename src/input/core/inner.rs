@@ -1,4 +1,4 @@
-//! The gas about a softened point mass, within the radius to which that reaches.
+//! The gas around a softened point mass, within the radius inside which the model is replaced.
 //!
 //! Lengths are in units of the radius r_c, masses in what the model has within it, densities in the model's there, and G = 1, so
 //! that all depends on three numbers of the model, see [`Edge`]. Of the gas mass m and the point's share c of all the mass

@@ -1,4 +1,4 @@
-//! A star whose core is a point mass with a softened potential: from a source to one of the gas alone, and the point.
+//! A star whose core is replaced by a point mass with a softened potential: converts a source to one of the gas alone, and the point mass.
 //!
 //! What is within the radius is replaced as [`inner`] says; beyond it all stays what it is, and so does the mass of gas and point
 //! within any larger radius. Pressure, internal energy and temperature follow the new pressure as in an ideal gas of the same

@@ -1,4 +1,4 @@
-//! What a scene says of a disc: surface density, temperature and edges by radius.
+//! The laws of a disc that a scene states: surface density, temperature and edges as functions of radius.
 
 use super::well::Well;
 use crate::error::{Error, Result};

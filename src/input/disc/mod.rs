@@ -1,4 +1,4 @@
-//! `profile: disc`: gas in a disc about what its scene has in the center, as a source like a file's.
+//! `profile: disc`: gas in a disc around the central bodies of its scene, as a source like that of a file.
 
 mod gas;
 mod law;

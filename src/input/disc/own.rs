@@ -1,4 +1,4 @@
-//! The gravity of a disc of gas: rings of it, and the vertical structure that goes with them.
+//! The gravity of a disc of gas, as a set of rings, and the vertical structure that is consistent with it.
 //!
 //! A ring of mass m attracts as Phi = -G m/agm(a, b), with a and b the largest and the smallest distance to it (Gauss; the same as
 //! the complete elliptic integral). Columns of a width below the scale height are layered in rings; columns that are far away count

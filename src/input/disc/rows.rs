@@ -1,4 +1,4 @@
-//! Radii of a table that are nowhere farther apart than asked for, and cubic interpolation between them.
+//! Radii of a table with a bounded spacing, and cubic interpolation between them.
 
 use crate::field::Intervals;
 

@@ -1,4 +1,4 @@
-//! The gravity of what a disc turns about: bodies whose mass within a radius attracts.
+//! The gravity of the central bodies that a disc orbits: each attracts with its mass within a radius.
 
 use crate::field::quadrature::integrate;
 use crate::input::weight::Beside;

@@ -1,4 +1,4 @@
-//! What particles carry by the scene's own expressions and files, beside the columns of the input or in their place.
+//! Fields that a scene defines by expressions or files: columns that particles carry in addition to those of the input, or in their place.
 //!
 //! Expressions know x, y, z, r (from the center), R, phi and theta (about the axis), the density `rho`, each other, the file's
 //! scalars, constants and units. All numbers are in the scene's units, plain numbers where there are none. Magnetic fields are in units whose

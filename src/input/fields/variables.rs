@@ -1,4 +1,4 @@
-//! What the scene's own fields are made of: expressions, files and the places where they are evaluated.
+//! The variables of a scene's own fields: expressions, files and the positions at which they are evaluated.
 
 use crate::field::{CarriedField, CarriedInfo, Expression, ScalarField};
 use crate::input::differences;

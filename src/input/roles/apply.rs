@@ -1,4 +1,4 @@
-//! Gives variables the names of what they are, and joins components to Cartesian vectors.
+//! Renames variables after their roles, and joins components to Cartesian vectors.
 //!
 //! Components along curvilinear directions are turned at each node, before anything is interpolated:
 //! v = v_r e_r + v_theta e_theta + v_phi e_phi with e_r = (sin theta cos phi, sin theta sin phi, cos theta),

@@ -1,4 +1,4 @@
-//! Decides what each variable is: what the scene says, else its name, if its unit and its company agree.
+//! Decides the role of each variable: the scene's statement or, without one, its name, provided that its unit and the other variables agree.
 
 use super::spelling::{Spelling, momentum, spelling};
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Variables that lack some of their values.
+//! Variables of which some values are missing.
 
 use super::assign::Assignment;
 use crate::scene::Role;

@@ -1,6 +1,5 @@
-//! What each variable of an input is taken for, in one place: [`assign`] decides by names, units and company, and
-//! [`apply`] renames scalars and joins components to Cartesian vectors. What is a momentum or a total energy becomes a velocity and
-//! an internal energy on the way.
+//! Assigns a role to each variable of an input, in one place: [`assign`] decides by names, units and the other variables, and [`apply`] renames
+//! scalars and joins components to Cartesian vectors. Momenta are converted to velocities, and total energies to internal energies.
 
 mod apply;
 mod assign;

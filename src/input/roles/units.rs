@@ -1,4 +1,4 @@
-//! Units of variables that state none, in a file that states those of length and density.
+//! Units of variables that state none, in a file that states units of length and density.
 
 use super::assign::Assignment;
 use crate::input::units::InputUnits;

@@ -1,4 +1,4 @@
-//! What a code will not make of a file as the scene means it.
+//! Warnings about features of a scene that a code will not reproduce from its file.
 
 use super::facts::Facts;
 use crate::codes::{AS_PLANETARY, Contrast};

@@ -1,4 +1,4 @@
-//! What the parameter files of all codes are written from.
+//! The data from which the parameter files of all codes are written.
 
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! Parameter files with which a code starts and runs an initial condition as it is.
+//! Parameter files with which a code starts and runs an initial condition without changes.
 
 mod arepo;
 mod doubts;

@@ -1,4 +1,4 @@
-//! PySPH's script: what other codes have parameter files for, it is told in Python (Ramachandran et al. 2021, ACM TOMS 47, 34).
+//! PySPH's script, which takes the place of the parameter file of other codes (Ramachandran et al. 2021, ACM TOMS 47, 34).
 
 use super::facts::{END, Facts, SNAPSHOT};
 use sph::kernel::KernelName;

@@ -1,4 +1,4 @@
-//! SPH-EXA's command: the code has no parameter file, and reads what else it needs from its input.
+//! SPH-EXA's command line: the code has no parameter file, and reads its other parameters from the input file.
 
 use super::facts::{END, Facts, SNAPSHOT};
 

@@ -1,4 +1,5 @@
-//! What blocks are brought to: the target, by stages, and where its own densities would move mass, the target as the kernel sees it.
+//! The goal of the relaxation of blocks: stages aim at the target or, where matching its densities would move mass, at the target smoothed by the
+//! kernel.
 
 use crate::run::plan::Plan;
 use crate::target::mass_points::MassPoints;

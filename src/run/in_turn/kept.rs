@@ -1,4 +1,4 @@
-//! Blocks of particles on disk: a file for the places of each, replaced as a whole, and one for what was measured there.
+//! Blocks of particles on disk: one file with the positions of each block, replaced as a whole, and one with the measures of the block.
 //!
 //! A file says how many passes its block has been through. Blocks are gone through in one order, so that what any of them has met of the others
 //! follows from that, and a run goes on from its folder to the same bytes as without a break.

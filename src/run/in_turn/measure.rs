@@ -1,4 +1,4 @@
-//! What is measured of blocks one after the other, and the figures over all of them.
+//! Measures of blocks, taken one after the other, and the figures over all of them.
 
 use super::kept::{Kept, Left, Sums, Sweep};
 use crate::error::{Error, Result};

@@ -1,8 +1,9 @@
-//! A scene placed block by block on one machine, in memory that does not grow with the number of particles: each block is relaxed
-//! by itself among those of the others that its particles see, which stay where they are meanwhile, and all blocks again until their seams
-//! are gone. Places are kept on disk.
+//! A scene placed block by block on one machine, in memory that does not grow with the number of particles. Each block is relaxed separately,
+//! among those particles of other blocks that its own particles see, which are held fixed meanwhile; the blocks are processed repeatedly until no
+//! seams are left. Positions are kept on disk.
 //!
-//! Seeds are those of a run by itself, if they can be made block by block, else by mass bisection. The stages are WVT and the density solver, as over ranks.
+//! Initial positions are those of an ordinary run if they can be made block by block, otherwise those of mass bisection. The stages are WVT and the
+//! density solver, as over ranks.
 
 mod goal;
 mod kept;

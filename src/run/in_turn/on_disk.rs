@@ -1,4 +1,4 @@
-//! Rows of the output file from blocks on disk.
+//! Generates rows of the output file from blocks on disk.
 
 use super::kept::Kept;
 use crate::error::Result;

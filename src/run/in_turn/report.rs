@@ -1,4 +1,4 @@
-//! What is told of a run in turn.
+//! The report of a run that processes blocks in turn.
 
 use super::measure::{BlockFigures, SetFigures};
 use crate::relaxation::StopReason;

@@ -1,4 +1,4 @@
-//! What a block's particles see of the others', and what those see.
+//! The particles of other blocks that a block's particles see, and the particles that those see.
 
 use super::kept::{Block, Kept, Left, Moved};
 use crate::error::Result;
