@@ -419,7 +419,7 @@ fn a_bubble_settles_against_its_medium_and_keeps_its_motion() {
         assert_eq!(rows(&after, names::VELOCITIES), rows(&before, names::VELOCITIES));
         assert_eq!(rows(&after, names::PARTICLE_IDS), rows(&before, names::PARTICLE_IDS));
         assert!(
-            report.notes.iter().any(|n| n.contains("have the velocities of the scene again")),
+            report.notes.iter().any(|n| n.contains("then given the velocities of the scene")),
             "{:?}",
             report.notes
         );

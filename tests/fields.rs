@@ -436,9 +436,9 @@ fn files_that_end_before_the_matter_are_told_and_those_elsewhere_refused() {
     assert!(told(0.0).iter().all(|w| !w.contains("fields.heat")));
     let warnings = told(0.5);
     let warning = warnings.iter().find(|w| w.contains("fields.heat")).unwrap_or_else(|| panic!("{warnings:?}"));
-    assert!(warning.contains("% of the places with matter are beyond"), "{warning}");
+    assert!(warning.contains("% of the positions with matter are outside"), "{warning}");
     let error = refused(&scene(3.0));
-    assert!(error.contains("fields.heat") && error.contains("no matter is within"), "{error}");
+    assert!(error.contains("fields.heat") && error.contains("there is no matter"), "{error}");
     // With values that are none.
     let text = std::fs::read_to_string(&path).unwrap().replacen("\n1\n", "\nnan\n", 1);
     std::fs::write(&path, text).unwrap();

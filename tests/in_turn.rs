@@ -249,7 +249,7 @@ fn blocks_of_other_runs_are_refused() {
     // One that is gone, which there was.
     std::fs::remove_file(&path).unwrap();
     let error = work.refused(3);
-    assert!(error.contains("has no block 1") && error.contains("remove the folder"), "{error}");
+    assert!(error.contains("lacks block 1") && error.contains("remove the folder"), "{error}");
     std::fs::write(&path, whole).unwrap();
     // Another run that is under way there.
     let lock = std::fs::File::open(work.folder.path("blocks/lock")).unwrap();

@@ -186,7 +186,7 @@ fn gas_that_is_cut_says_what_has_to_hold_it() {
         );
         placed(&text).1.notes.join("\n")
     };
-    assert!(notes("mass: 1, outer_radius: 1, sound_speed: 1", "").contains("what is about it has to hold that"));
+    assert!(notes("mass: 1, outer_radius: 1, sound_speed: 1", "").contains("the surroundings have to balance this"));
     assert!(
         notes("mass: 1e-4, outer_radius: 9, n: 1.5, sound_speed: 0.5", halo).contains("ends within its outer radius")
     );

@@ -185,7 +185,7 @@ fn walls_that_hold_nothing_are_doubted() {
     let fluid = "input: {expression: '1', dimension: 2}\nparticles: 100\ndomain: {box: [[0, 0], [1, 1]]}\n";
     for (around, is_told) in [("[[0, 0], [5, 2]]", false), ("[[3, 3], [5, 5]]", true), ("[[-2, -2], [3, 3]]", true)] {
         let (_, report) = placed(&format!("{HEAD}{fluid}walls: {{around: {{box: {around}}}}}\n"));
-        let told = report.warnings.iter().any(|w| w.contains("do not hold it"));
+        let told = report.warnings.iter().any(|w| w.contains("do not confine it"));
         assert_eq!(told, is_told, "{around}: {:?}", report.warnings);
     }
 }

@@ -71,7 +71,8 @@ pub fn cut<const D: usize>(source: &mut Source<D>, count: usize, keep: bool) -> 
     source.domain = domain;
     source.mass = Some(MassEstimate { value: kept, error });
     let note = format!(
-        "the atmosphere is cut at {:.6} of the radius, which encloses {:.8} of the mass: beyond it {count} particles have a spacing of over {UNRESOLVED} times the depth left (input.atmosphere: keep prevents it)",
+        "the atmosphere is cut at {:.6} of the radius, which encloses {:.8} of the mass: beyond it the spacing of \
+         {count} particles exceeds {UNRESOLVED} times the remaining depth (input.atmosphere: keep prevents the cut)",
         edge / radius,
         kept / total,
     );

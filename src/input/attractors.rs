@@ -94,7 +94,7 @@ pub(crate) fn hydrostatic(
 /// The body of a scene of its own.
 fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Attractor> {
     let name = scene.input_name();
-    let left = Attractor::Left(format!("the gravity of {name} is left out: its density is no function of the radius"));
+    let left = Attractor::Left(format!("the gravity of {name} is left out: its density is not a function of radius"));
     let raw = match ingest::stated(scene)? {
         Some(raw) => raw,
         None => match ingest::content(scene, formats)? {

@@ -67,7 +67,8 @@ impl<'a, const D: usize> BodyMaterials<'a, D> {
             let found = own.cloned().or_else(|| if planet.is_none() { Material::of_id(id as i32) } else { None });
             found.map(|m| m.equation).ok_or_else(|| {
                 let problem = format!(
-                    "has the material {id}, whose equation of state is not known here: expected 0 (an ideal gas) or 100 to 104 (Tillotson's iron, \
+                    "has the material {id}, whose equation of state is unknown: expected 0 (an ideal gas) or 100 to \
+                     104 (Tillotson's iron, \
                      granite, water, basalt, ice); a planet of input.profile reads others from tables"
                 );
                 Error::field(names::MATERIAL_IDS, problem)

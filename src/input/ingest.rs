@@ -152,7 +152,7 @@ pub(super) fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result
     let note = match (scene.stated_units()?, scene.units.as_deref()) {
         (Some(system), Some(name)) => {
             *units = system;
-            format!("the file states no units: its numbers are taken to be in the scene's ({name})")
+            format!("the file states no units: its numbers are assumed to be in those of the scene ({name})")
         }
         _ => "the file states no units, or units of 1: its numbers are pure numbers; if they are not, `units` says what they are in"
             .to_owned(),

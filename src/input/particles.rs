@@ -166,7 +166,11 @@ impl Snapshot {
                 2 => snapshot.summed::<2>(),
                 _ => snapshot.summed::<3>(),
             }?;
-            snapshot.field.notes.push("the particles have no density; it was summed over their neighbors".into());
+            snapshot.field.notes.push(
+                "the particles have no density column; densities were computed by summation \
+                                       over neighbors"
+                    .into(),
+            );
             snapshot.field.variables.push(Variable {
                 name: name.into(),
                 description: None,
@@ -203,7 +207,8 @@ impl Snapshot {
         let beyond = points.iter().filter(is_beyond).count();
         if beyond > 0 {
             return vec![format!(
-                "{beyond} of {} particles lie beyond the periodic box of the file, and count as their images within: check its size and the corner that \
+                "{beyond} of {} particles lie outside the periodic box of the file, and are replaced by their images \
+                 inside: check its size and the corner that \
                  its coordinates count from; `--boundary open` takes them as they are",
                 points.len()
             )];

@@ -35,14 +35,16 @@ pub(crate) fn doubts<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> V
             false => "state a `vector_potential`, whose curl has none",
         };
         all.push(format!(
-            "the magnetic field has sources: its divergence is up to {sources:.1e} times the largest field over the width of the domain; {remedy}"
+            "the magnetic field is not free of divergence: its divergence is up to {sources:.1e} times the largest \
+             field over the width of the domain; {remedy}"
         ));
     }
     let jump = (0..D).filter(|&k| domain.axes[k] == Axis::Periodic).map(|k| jump(field.as_ref(), domain, &places, k));
     let jump = jump.fold(0.0, f64::max) / strongest;
     if jump > JUMP {
         all.push(format!(
-            "the magnetic field has sources at the faces of the periodic box, across which it changes by up to {jump:.1e} of the largest: state one that repeats \
+            "the magnetic field has a divergence at the faces of the periodic box, across which it changes by up to \
+             {jump:.1e} of the largest: state one that repeats \
              with the box"
         ));
     }

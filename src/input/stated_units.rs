@@ -45,7 +45,8 @@ fn label_alone(scene: &Scene, stated: &Stated) -> Option<String> {
     let is_without = scene.input.file.is_some() && stated.input.is_none() && stated.doubts.is_empty();
     let name = scene.output.units.as_deref().filter(|name| is_without && scene.units.is_none() && *name != "code")?;
     Some(format!(
-        "the input states no units: its numbers are written as they stand, as if they were in {name} (output.units); if they are not, `units` says what \
+        "the input states no units: its numbers are written unchanged, as if they were in {name} (output.units); if \
+         they are not, `units` says what \
          they are in"
     ))
 }
@@ -58,7 +59,8 @@ fn another_gas(scene: &Scene, raw: &RawInput) -> Option<String> {
     // Digits of single precision.
     let gamma = (gamma * 1e6).round() / 1e6;
     Some(format!(
-        "the file is of a run with an adiabatic index of {gamma}, and thermal.gamma is {own:.6}, with which pressures become energies: state \
+        "the file is from a run with an adiabatic index of {gamma}, but thermal.gamma is {own:.6}, with which \
+         pressures are converted to energies: state \
          `thermal: {{gamma: {gamma}}}`, or the index that the code is to have"
     ))
 }
@@ -101,7 +103,7 @@ fn by_scene_or_file(scene: &Scene, raw: &RawInput) -> Result<Stated> {
             let length = length.map_or(system.length, |l| l.to_cgs);
             let density = density.map_or(system.to_cgs(UnitDimension::mass_density(3)), |d| d.to_cgs);
             let note = format!(
-                "what the input does not state the units of is taken to be in the scene's ({})",
+                "variables of the input without a stated unit are assumed to be in the scene's units ({})",
                 scene.units.as_deref().unwrap_or("")
             );
             let notes = raw.field().map(|_| note).into_iter().collect();
@@ -111,7 +113,8 @@ fn by_scene_or_file(scene: &Scene, raw: &RawInput) -> Result<Stated> {
     };
     let half = |known: &str, missing: &str, key: &str| {
         let doubt = format!(
-            "the input has a unit of {known}, but none that is known of {missing}: no unit counts, and all numbers are written as they stand, whatever \
+            "the input has a unit of {known}, but no known unit of {missing}: no unit is used, and all numbers are \
+             written unchanged, whatever \
              the output calls its units; state input.{key}, or `units`"
         );
         Stated { doubts: vec![doubt], ..Stated::default() }

@@ -45,7 +45,7 @@ pub(crate) fn support_radii(path: &Path, file: &mut ParticleFile) -> Vec<String>
     if !(file.header.kernel_neighbors > 0.0) {
         file.header.kernel_neighbors = neighbors;
     }
-    notes.push(format!("the input has {why}: support radii are those of {neighbors} neighbors at {whose}"));
+    notes.push(format!("the input has {why}: support radii are set for {neighbors} neighbors at {whose}"));
     notes
 }
 

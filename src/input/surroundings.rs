@@ -43,7 +43,10 @@ pub(crate) fn attach<const D: usize>(
         match found {
             Attractor::Point(point) => {
                 let point = PointMass { mass: point.mass / mass, radius: point.radius / length, ..point };
-                notes.push(format!("the gravity of a point mass of {:.4} times the body's is felt", point.mass));
+                notes.push(format!(
+                    "the gravity of a point mass of {:.4} times the body's mass is included",
+                    point.mass
+                ));
                 prepared.beside.points.push(point);
             }
             Attractor::Sphere { profile, end, mass: own, name } => {
@@ -95,7 +98,9 @@ fn carry_weight<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>, units
     }
     let Some(radial) = prepared.source.radial.clone() else {
         return Ok(Some(
-            "the input is no radial profile: gravity_of gives it no pressure; state it in `fields`".into(),
+            "the input is not a radial profile, so gravity_of does not give it a pressure; state one in \
+             `fields`"
+                .into(),
         ));
     };
     let body = AtRest::new(&radial, prepared.point_mass(), &prepared.beside);

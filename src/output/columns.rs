@@ -195,7 +195,7 @@ pub fn internal_energy(
             return Err(Error::field(
                 names::PRESSURE,
                 format!(
-                    "is zero or negative at {cold} of {} particles, which leaves them without internal energy; \
+                    "is zero or negative at {cold} of {} particles, which then have no internal energy; \
                      set thermal.internal_energy, or leave the pressure out with input.carry",
                     density.len()
                 ),

@@ -56,7 +56,7 @@ pub fn output_units(
         g if g < 1e38 => ("solar", UnitSystem::solar()),
         _ => ("galactic", UnitSystem::galactic()),
     };
-    let note = format!("output in {name} units, which suit a mass of {grams:.3e} g (output.units chooses others)");
+    let note = format!("output is in {name} units, which suit a mass of {grams:.3e} g (set output.units for others)");
     Ok((system, Some(note)))
 }
 

@@ -87,7 +87,7 @@ impl<const D: usize> Walls<D> {
         let points = lattice.counts.iter().map(|&n| n as f64).product::<f64>();
         if !(points <= MOST_POINTS) {
             let problem = format!(
-                "is {:.3e}, with which {points:.1e} places would be looked at; choose a larger one",
+                "is {:.3e}, which requires {points:.1e} positions to be examined; choose a larger one",
                 spacing / unit
             );
             return Err(Error::scene("walls.spacing", problem));
@@ -172,7 +172,8 @@ impl<const D: usize> Walls<D> {
         let nearest = self.positions.iter().map(from_box).fold(f64::INFINITY, f64::min) / self.spacing;
         (nearest > FAR).then(|| {
             format!(
-                "the walls are nowhere nearer to the fluid's domain than {nearest:.1} of their spacings, and do not hold it: check the place and the size of \
+                "the walls are nowhere closer to the fluid's domain than {nearest:.1} of their spacings, and do not \
+                 confine it: check the position and the size of \
                  `walls.around`"
             )
         })

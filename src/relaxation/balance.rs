@@ -245,7 +245,10 @@ impl<const D: usize> Running<D> for Run<'_, D> {
 
 fn factor_note([factor, fitted]: &[Factor; 2]) -> String {
     if factor == fitted {
-        return format!("internal energies are the target's times {factor}: with it the pressure force holds gravity");
+        return format!(
+            "internal energies are those of the target times {factor}, with which the pressure force \
+                        balances gravity"
+        );
     }
     format!(
         "the pressure would have to be {fitted} times the target's to hold gravity; it is left as it is, \

@@ -166,8 +166,7 @@ impl Certificate {
             format!("densities change by {change:.2} % (root mean square), energy by {energy:.0e} of {unit}")
         });
         if !self.is_whole {
-            lines
-                .push("it was ended early: by time, an interrupt, or after as many steps as a giant would take".into());
+            lines.push("it stopped early: by the time limit, an interrupt, or the limit on the number of steps".into());
         }
         lines
     }

@@ -98,9 +98,12 @@ pub(super) fn note_on_traffic(
     let Traffic { messages, bytes } = exchange.traffic().since(before);
     let each = |sent: u64| if steps > 0 { sent as f64 / steps as f64 } else { 0.0 };
     let [messages, bytes] = [messages, bytes].map(|sent| exchange.max(each(sent)));
-    exchange
-        .any(steps > 0)
-        .then(|| format!("in each {step} the busiest rank sent {messages:.0} messages and {bytes:.0} bytes to others"))
+    exchange.any(steps > 0).then(|| {
+        format!(
+            "in each {step} the busiest rank sent {messages:.0} messages and {bytes:.0} bytes to other \
+                          ranks"
+        )
+    })
 }
 
 /// What any rank has as a reason to stop, which all have to stop for.

@@ -185,7 +185,7 @@ impl<const D: usize> Stage<D> for Holding<'_, D> {
     }
 
     fn resume(&self, _: &[u8]) -> Result<Box<dyn Running<D> + '_>, String> {
-        Err("is of particles of which some are held, and is not kept; start without it".into())
+        Err("belongs to particles of which some are held, and cannot be continued; start without it".into())
     }
 }
 

@@ -97,7 +97,8 @@ pub(super) fn within_orbit(medium: &Medium, bodies: &[Body], states: &[State]) -
     let within = places.iter().zip(medium.body.masses()).filter(|((x, _), _)| from_center(x) < reach);
     let share = within.map(|(_, m)| m).sum::<f64>() / bodies.iter().map(|b| b.mass).sum::<f64>();
     format!(
-        "the orbit is that of the bodies alone: the medium within its radius has {share:.1e} of their mass, and its drag and gravity are not counted"
+        "the orbit is computed for the bodies alone: the medium within its radius has {share:.1e} of their mass, and \
+         its drag and gravity are neglected"
     )
 }
 

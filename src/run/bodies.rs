@@ -495,7 +495,7 @@ const OWN_MOTION: f64 = 1e-9;
 fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
     let own = body.stop(OWN_MOTION * orbit.velocity[0].hypot(orbit.velocity[1]))?;
     Some(format!(
-        "'{}' moved as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself: that is taken out, as the orbit says how its center of mass moves",
+        "'{}' had a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, which is removed: the orbit sets its velocity",
         body.title, own[0], own[1], own[2]
     ))
 }
@@ -504,7 +504,7 @@ fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
 fn moving(body: &Body) -> Option<String> {
     let own = body.drift()?;
     Some(format!(
-        "'{}' moves as a whole at [{:.4e}, {:.4e}, {:.4e}] by itself, to which its `velocity` is added",
+        "'{}' has a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, to which its `velocity` is added",
         body.title, own[0], own[1], own[2]
     ))
 }

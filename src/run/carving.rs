@@ -241,7 +241,8 @@ impl<'a, const D: usize> Carving<'a, D> {
             distance * finer.powf(1.0 / D as f64)
         });
         placed.notes.push(format!(
-            "bodies take {} of {} particles of the medium; across their surfaces the closest are {:.2} spacings apart",
+            "the bodies replace {} of {} particles of the medium; across their surfaces the closest pair is {:.2} \
+             spacings apart",
             full.count as i64 - self.count as i64,
             full.count,
             closest.fold(f64::INFINITY, f64::min)

@@ -26,7 +26,7 @@ const MARK: &[u8; 8] = b"SPHPREPC";
 pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<String> {
     let file = scene.checkpoint.file.as_deref().filter(|f| f.is_file() && !stop.is_cut())?;
     let error = checkpoint_parts::remove(file).err()?;
-    Some(format!("the checkpoint '{}' is of no more use but cannot be removed: {error}", file.display()))
+    Some(format!("the checkpoint '{}' is no longer needed but cannot be removed: {error}", file.display()))
 }
 
 /// What a run ends with that is interrupted where it has no state of its own to keep, unless its particles are to be written then: with the checkpoint
@@ -251,7 +251,9 @@ impl<'a> Checkpoints<'a> {
             && [&particles.masses, &particles.internal_energy].into_iter().flatten().all(|v| finite(v))
             && (meta.stage < stages.len() || !self.exchange.is_alone() || particles.len() == self.origin.particles);
         if !sound {
-            return Err("holds particles that are not finite, or another number of them; start without it".into());
+            return Err("contains particles that are not finite, or a different number of particles; start without \
+                        it"
+            .into());
         }
         Ok((meta, Kept::Between(particles)))
     }

@@ -416,9 +416,12 @@ pub(crate) fn refuse_replacing(key: &str, output: &Path, input: &Path) -> Result
     }
     let name = input.display();
     let problem = match output.canonicalize().ok() == input.canonicalize().ok() {
-        true => format!("is the input file '{name}' itself, which it would replace; name another"),
+        true => format!("is the input file '{name}' itself, which would be overwritten; choose another name"),
         false => {
-            format!("is by its name a piece of the snapshot that '{name}' is of, which would be lost; name another")
+            format!(
+                "has the name of a piece of the snapshot to which '{name}' belongs, which would be lost; choose \
+                     another name"
+            )
         }
     };
     Err(Error::scene(key, problem))

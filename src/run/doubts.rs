@@ -23,8 +23,9 @@ const SAMPLES: usize = 2000;
 const MOST_HALVINGS: u32 = 7;
 
 /// On a snapshot that is placed for a code.
-const UNBALANCED: &str = "forces on a re-sampled body are not balanced: `sph-prep check FILE --for CODE` says how much net force the code will sum, \
-                          and `sph-prep run FILE --for CODE --settle 3` brings the gas to rest";
+const UNBALANCED: &str = "forces on a re-sampled body are not balanced: `sph-prep check FILE --for CODE` reports the \
+                          net force that the code will compute, and `sph-prep run FILE --for CODE --settle 3` brings \
+                          the gas to rest";
 
 /// Doubts that need no particles.
 pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, count: usize) -> Vec<String> {
@@ -42,14 +43,17 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     let share = prepared.input_mass.map(|input| prepared.mass.value / input);
     if let Some(share) = share.filter(|share| *share < LITTLE) {
         doubts.push(format!(
-            "the domain holds {share:.1e} of the input's mass: check its place and units (plain numbers are in the scene's `units`)"
+            "the domain contains {share:.1e} of the input's mass: check its position and units (plain numbers are in \
+             the scene's `units`)"
         ));
     }
     if scene.domain.boundary.contains(&BoundaryName::Periodic) && prepared.source.radial.is_some() {
         doubts.push(match domain.region {
-            Region::Box => "the boundary is periodic, but the input is a star: its images are around it; `boundary: open` has none".into(),
-            _ => "the boundary is periodic, which the surface of a star cannot be: it is left open; give a `domain.box` for a box \
-                  around it, or leave the boundary out"
+            Region::Box => "the boundary is periodic, but the input is a star, which will be surrounded by its \
+                            images; `boundary: open` has no images"
+                .into(),
+            _ => "the boundary is periodic, which the surface of a star cannot be: it is treated as open; set \
+                  `domain.box` for a box around the star, or leave the boundary out"
                 .to_owned(),
         });
     }
@@ -179,8 +183,8 @@ pub(crate) fn refuse_places_without_particles<const D: usize>(target: &Target<'_
     }
     if forgotten > FORGOTTEN * all {
         let problem = format!(
-            "has spacings larger than the whole domain where about {:.0} % of the mass is: no particle would be there, and others would carry that mass; ask \
-             for a larger number density there, or for more particles",
+            "has spacings larger than the whole domain where about {:.0} % of the mass is: no particle would be \
+             placed there, and others would carry that mass; request a larger number density there, or more particles",
             100.0 * forgotten / all
         );
         return Err(Error::scene("resolution", problem));
@@ -199,7 +203,8 @@ pub(crate) fn refuse_domain<const D: usize>(scene: &Scene, domain: &Domain<D>, c
     let far = domain.lo.iter().chain(&domain.hi).fold(0.0_f64, |m, x| m.max(x.abs()));
     if f64::EPSILON * far > RESOLVED * spacing {
         let problem = format!(
-            "is {:.1e} of its edges away from the origin, where f64 tells places apart by {:.1e} spacings, expected {RESOLVED:e} at most; put it nearer",
+            "is {:.1e} edge lengths away from the origin, where f64 resolves positions to {:.1e} spacings, expected \
+             {RESOLVED:e} at most; move it nearer",
             far / domain.size(),
             f64::EPSILON * far / spacing
         );
@@ -208,8 +213,8 @@ pub(crate) fn refuse_domain<const D: usize>(scene: &Scene, domain: &Domain<D>, c
     let flat = (0..D).find(|&k| domain.axes[k] == Axis::Periodic && reach > MOST_IMAGES * domain.extent()[k]);
     let Some(k) = flat else { return Ok(()) };
     let problem = format!(
-        "is periodic and {:.1e} spacings thick along {}: each kernel would reach over {:.0e} images of it, expected {MOST_IMAGES} at most; use fewer \
-         dimensions, a thicker box, or `boundary: open` along it",
+        "is periodic and {:.1e} spacings thick along {}: each kernel would extend over {:.0e} images of the box, \
+         expected {MOST_IMAGES} at most; use fewer dimensions, a thicker box, or `boundary: open` along this axis",
         domain.extent()[k] / spacing,
         ["x", "y", "z"][k],
         reach / domain.extent()[k]
@@ -231,7 +236,7 @@ struct Extent {
     why: &'static str,
 }
 
-const ACROSS: &str = "too little for a density to be summed across";
+const ACROSS: &str = "too thin for the density to be summed across it";
 const OF_ITSELF: &str = "so that particles are neighbors of themselves";
 
 fn extents<const D: usize>(domain: &Domain<D>) -> Vec<Extent> {
@@ -263,8 +268,8 @@ pub(crate) fn unrefined<const D: usize>(
 ) -> Option<String> {
     let refinement = refinement?;
     let is_empty = (0..positions[0].len()).all(|i| refinement.factor(&at(positions, i)) == 1.0);
-    let text = "refine changes nothing: no particle is in its sphere or the shell about it; check `refine.center` and `radius` against the domain and \
-                the spacing";
+    let text = "refine changes nothing: no particle is in its sphere or in the shell around it; check `refine.center` \
+                and `radius` against the domain and the spacing";
     is_empty.then(|| text.to_owned())
 }
 
@@ -285,10 +290,11 @@ pub(crate) fn after<const D: usize>(target: &Target<'_, D>, positions: &Position
     let (axis, share) = thin(0).filter(|_| D > 1)?;
     let more = match (1..MOST_HALVINGS).find(|halvings| thin(*halvings).is_none()) {
         Some(halvings) => format!("use {} times as many particles", 1_u64 << (D as u32 * halvings)),
-        None => "take fewer dimensions, or a thicker layer".to_owned(),
+        None => "use fewer dimensions, or a thicker layer".to_owned(),
     };
     Some(format!(
-        "{:.0} % of the particles are in layers under two spacings thick along {axis}, whose height cannot be resolved: {more}",
+        "{:.0} % of the particles are in layers less than two spacings thick along {axis}, whose height is not \
+         resolved: {more}",
         100.0 * share,
     ))
 }

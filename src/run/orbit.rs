@@ -53,7 +53,10 @@ fn eccentric_anomaly(mean: f64, e: f64) -> f64 {
 /// A distance less than that of contact, or one that bodies as slow never reach.
 pub fn encounter(strength: f64, contact: f64, speed: f64, sine: f64, distance: f64) -> Result<Relative> {
     if !(distance > contact) {
-        let problem = format!("is {distance:.6e}, inside of contact: the bodies touch at {contact:.6e}; choose more");
+        let problem = format!(
+            "is {distance:.6e}, which is too small: the bodies touch at {contact:.6e}; choose a \
+                               larger value"
+        );
         return Err(Error::scene("orbit.distance", problem));
     }
     let momentum = sine * contact * speed;

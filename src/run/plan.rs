@@ -154,7 +154,8 @@ impl Plan {
             ),
             Polish::None if scene.polish.is_none() => self.drop(
                 "density solver",
-                format!("over {MAX_AUTOMATIC} particles it takes many minutes; ask for it with polish: solver"),
+                format!("with more than {MAX_AUTOMATIC} particles it takes many minutes; request it with polish: \
+                         solver"),
             ),
             Polish::None => self.drop("polish", NO_POLISH),
             _ if (count as f64) < 2.0 * neighbors => {

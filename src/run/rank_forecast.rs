@@ -143,7 +143,10 @@ fn in_dimension<const D: usize>(
         file,
         seconds_to_write: file / WRITER,
         assumptions: vec![
-            format!("cores like this one, which is {slowness:.1} times as slow as the one that sums were measured on"),
+            format!(
+                "cores like this one, which is {slowness:.1} times as slow as the one on which the sums were \
+                     measured"
+            ),
             format!(
                 "messages take {LATENCY:e} s and {BANDWIDTH:e} bytes a second from a rank; the first writes {WRITER:e} bytes a second"
             ),

@@ -195,7 +195,11 @@ fn at_rest(file: &mut ParticleFile) -> Vec<Values> {
 
 fn put_back(file: &mut ParticleFile, motion: Vec<Values>, notes: &mut Vec<String>) {
     if !motion.iter().all(is_zero) {
-        notes.push("settled: particles settled at rest, and have the velocities of the scene again".to_owned());
+        notes.push(
+            "settled: the particles were settled at rest, and then given the velocities of the \
+                    scene"
+                .to_owned(),
+        );
     }
     let columns = file.species.iter_mut().flat_map(|s| &mut s.table.columns).filter(|c| c.name == names::VELOCITIES);
     columns.zip(motion).for_each(|(column, values)| column.values = values);

@@ -81,7 +81,7 @@ fn convert_does_not_replace_what_it_converts() {
     assert_eq!(made.code, Some(0), "{made:?}");
     let before = std::fs::read(&input).unwrap();
     let outcome = sph_prep(&["convert", &same, &same]);
-    assert_eq!(faults(&outcome, &folder, 2, &["which it would replace"]), Vec::<String>::new(), "{outcome:?}");
+    assert_eq!(faults(&outcome, &folder, 2, &["which would be overwritten"]), Vec::<String>::new(), "{outcome:?}");
     assert_eq!(std::fs::read(&input).unwrap(), before);
     let told = |words: &str| {
         let outcome = sph_prep(&["convert", &same, &new]);
@@ -115,7 +115,11 @@ fn the_scene_is_never_overwritten() {
         (vec!["replicate", &tile, "--times", "1,1", "--scene", &own, "--out", &own, "--to", "swift"], "--out"),
     ] {
         let outcome = sph_prep(&arguments);
-        assert_eq!(faults(&outcome, &folder, 2, &[key, "which it would replace"]), Vec::<String>::new(), "{outcome:?}");
+        assert_eq!(
+            faults(&outcome, &folder, 2, &[key, "which would be overwritten"]),
+            Vec::<String>::new(),
+            "{outcome:?}"
+        );
     }
     assert_eq!(std::fs::read_to_string(&scene).unwrap(), BOX);
 }

@@ -134,7 +134,7 @@ fn softenings_that_differ_are_told() {
     for (second, is_told) in [("1", true), ("2", false)] {
         place(&folder, &scene(second), ("swift", "ic.hdf5"), &[]);
         let yml = text(&folder, "ic.yml");
-        assert_eq!(yml.contains("beware: SWIFT softens all point masses alike"), is_told, "{yml}");
+        assert_eq!(yml.contains("beware: SWIFT softens all point masses with one length"), is_told, "{yml}");
     }
 }
 
@@ -331,22 +331,22 @@ fn what_a_code_does_not_know_is_said() {
     let by_default = BOX.replace("[periodic]", "reflecting") + "fields: {pressure: 2 - z}\nbalance: {evaluations: 3}\n";
     let even = BOX.replace("[periodic]", "reflecting") + "fields: {pressure: '2'}\nbalance: {evaluations: 3}\n";
     let report = place(&folder, &even, ("swift", "ic.hdf5"), &[]).stdout;
-    assert!(!report.contains("not told of the force"), "{report}");
+    assert!(!report.contains("does not receive the external force"), "{report}");
     let dust = format!("{BOX}thermal: {{internal_energy: 1}}\ndust: {{ratio: 0.01}}\n");
     for (scene, code, part) in [
         (
             &materials,
             "swift",
-            "takes the materials of the file for an ideal gas, whose pressure is another: --for swift:scheme=planetary",
+            "treats the materials of the file as an ideal gas, whose pressure differs: --for swift:scheme=planetary",
         ),
-        (&materials, "gadget4", "takes the materials of the file for an ideal gas"),
+        (&materials, "gadget4", "treats the materials of the file as an ideal gas"),
         (&mixed, "swift", "SWIFT is periodic along all axes or none"),
         (&walls, "gadget4", "GADGET-4 has no reflecting walls"),
-        (&magnetic, "gadget4", "knows no magnetic field"),
-        (&magnetic, "sph-exa", "knows no magnetic field"),
-        (&field, "swift", "SWIFT is not told of the force that holds the pressure"),
-        (&by_default, "swift", "SWIFT is not told of the force that holds the pressure"),
-        (&dust, "gizmo", "GIZMO has drag on dust where it is built with GRAIN_FLUID"),
+        (&magnetic, "gadget4", "has no magnetic fields"),
+        (&magnetic, "sph-exa", "has no magnetic fields"),
+        (&field, "swift", "SWIFT does not receive the external force that balances the pressure"),
+        (&by_default, "swift", "SWIFT does not receive the external force that balances the pressure"),
+        (&dust, "gizmo", "GIZMO computes drag on dust only if it is built with GRAIN_FLUID"),
     ] {
         let report = place(&folder, scene, (code, "ic.hdf5"), &[]).stdout;
         let name = match code {

@@ -337,7 +337,7 @@ fn masses_are_those_of_the_closed_forms() {
             let (_, report) = run(&case.mesh(finer).write(case.code, folder.path()), more);
             // In a plane, components along z have no column; numbers have no units beside those of some axes.
             let is_meant = |w: &String| {
-                w.contains("is named like") && w.contains("out of the 2-D space") || w.contains("no unit counts")
+                w.contains("is named like") && w.contains("out of the 2-D space") || w.contains("no unit is used")
             };
             assert!(report.warnings.iter().all(is_meant), "{label}: {:?}", report.warnings);
             report.mass.total / case.mass - 1.0

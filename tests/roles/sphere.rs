@@ -88,7 +88,7 @@ fn components_on_the_sphere_become_cartesian() {
             }
         }
         // The radius has a unit, and the density none.
-        assert!(report.warnings.iter().all(|w| w.contains("no unit counts")), "{:?}", report.warnings);
+        assert!(report.warnings.iter().all(|w| w.contains("no unit is used")), "{:?}", report.warnings);
     }
 }
 
@@ -140,7 +140,7 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
     for (length, density, key) in [("km", "", "input.density_unit"), ("", "kg/m^3", "input.length_unit")] {
         write(length, density);
         let (_, report) = run(&path, "");
-        assert!(report.warnings.iter().any(|w| w.contains("no unit counts") && w.contains(key)), "{report:?}");
+        assert!(report.warnings.iter().any(|w| w.contains("no unit is used") && w.contains(key)), "{report:?}");
     }
 }
 

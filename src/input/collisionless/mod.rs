@@ -113,7 +113,9 @@ pub(crate) fn velocities<const D: usize>(
     let surplus = kinetic / virial - 1.0;
     let warnings = Vec::from_iter((surplus > SPREADS).then(|| {
         format!(
-            "the outer particles will move outward: 2 K/|W| is {:.3}, as much mass would lie beyond the radius where the density is cut; cut it farther out, let it fall before, or draw `velocities: jeans`",
+            "the outer particles will move outward: 2 K/|W| is {:.3}, since much mass would lie beyond the radius \
+             where the density is cut; cut it farther out, let the density fall off before that radius, or use \
+             `velocities: jeans`",
             1.0 + surplus
         )
     }));
@@ -147,7 +149,7 @@ fn potential_note<const D: usize>(prepared: &Prepared<D>) -> String {
         1 => "the body's own mass and one other body (gravity_of)".to_owned(),
         n => format!("the body's own mass and {n} other bodies (gravity_of)"),
     };
-    format!("the particles are collisionless; the potential in which their velocities are drawn is that of {others}")
+    format!("the particles are collisionless; their velocities are drawn in the potential of {others}")
 }
 
 /// The distribution function of a density in a well.
@@ -166,7 +168,7 @@ fn of_eddington<'a>(well: &'a Well, notes: &mut Vec<String>) -> Result<Eddington
             );
             return Err(Error::scene(KEY, problem));
         }
-        notes.push(format!("f(E) is negative {found}: such energies are left empty ({remedy})"));
+        notes.push(format!("f(E) is negative {found}: no particles are given such energies ({remedy})"));
     }
     notes.push(match well.tail {
         None => "velocities are drawn from f(E) of the density in the potential (Eddington 1916); it ends at the body's edge".into(),

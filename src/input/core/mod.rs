@@ -61,7 +61,8 @@ pub(crate) fn attach<const D: usize>(
     let depth = source.domain.distance_to_edge(&radial.center);
     if !(radius * (1.0 + STEP) < outer.min(depth) && source.domain.contains(&radial.center)) {
         let problem = format!(
-            "is {:.6e}, but the model ends at {:.6e} and the domain {:.6e} from its center; expected much less",
+            "is {:.6e}, but the model ends at {:.6e} and the domain at {:.6e} from its center; expected a much \
+             smaller radius",
             radius / shown.length,
             outer / shown.length,
             depth / shown.length

@@ -260,7 +260,8 @@ impl Gas {
             Some(r) => Err(Error::scene(
                 "input.profile.disc",
                 format!(
-                    "cannot be held at R = {r:e}: its pressure pushes harder than gravity pulls; take a lower aspect_ratio or sound_speed, or a surface_density or edge \
+                    "cannot be in equilibrium at R = {r:e}: its pressure force exceeds gravity; choose a lower \
+                     aspect_ratio or sound_speed, or a surface_density or edge \
                      that falls less steeply"
                 ),
             )),

@@ -199,7 +199,7 @@ impl<const D: usize> Reader<'_, D> {
         let Some(unit) = unit.filter(|u| u.dimension != UnitDimension::NONE) else { return 1.0 };
         let Some(system) = &self.frame.system else {
             let note = format!(
-                "'{}' has numbers in {}, which are taken as they stand: the scene has no units",
+                "'{}' has numbers in {}, which are used without conversion, since the scene has no units",
                 self.input.file.display(),
                 unit.symbol
             );
@@ -244,14 +244,16 @@ impl<const D: usize> Reader<'_, D> {
         let (lo, hi) = (domain.lo, domain.hi);
         if beyond > 0 && beyond == places.len() {
             return Err(self.wrong(format!(
-                "ends at {lo:?} and {hi:?} in its own units, and no matter is within: check its coordinates and their unit"
+                "extends from {lo:?} to {hi:?} in its own units, where there is no matter: check its coordinates and \
+                 their unit"
             )));
         }
         if beyond > 0 {
             let share = beyond as f64 / places.len() as f64;
             let list = if share > FEW { &mut self.said.doubts } else { &mut self.said.notes };
             list.push(format!(
-                "fields.{}: '{}' ends at {lo:?} and {hi:?} in its own units: {:.2} % of the places with matter are beyond, and take the value at its edge",
+                "fields.{}: '{}' extends from {lo:?} to {hi:?} in its own units: {:.2} % of the positions with matter \
+                 are outside, and take the value at its edge",
                 self.name,
                 self.input.file.display(),
                 100.0 * share

@@ -113,7 +113,8 @@ fn edge_note(table: &Table, outer: f64) -> Option<String> {
     let (end, edge) = (table.radii.last()?, pressure.last()? / pressure.first()?);
     if edge > LITTLE_PRESSURE {
         return Some(format!(
-            "the gas is cut at its outer radius, where its pressure is {:.3} % of that in the center: what is about it has to hold that",
+            "the gas is cut at its outer radius, where its pressure is {:.3} % of that in the center: the \
+             surroundings have to balance this pressure",
             100.0 * edge
         ));
     }

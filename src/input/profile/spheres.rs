@@ -185,7 +185,10 @@ pub(super) fn power_law(d: usize, slope: f64, mass: f64, radius: f64, gravity: f
     let inner = UNRESOLVED.powf(1.0 / (d as f64 - slope));
     if !(slope >= 0.0 && slope < d as f64 && inner >= INNERMOST) {
         let most = d as f64 + UNRESOLVED.log10() / -INNERMOST.log10();
-        let problem = format!("is {slope}, expected 0 to {most:.2}: the mass of steeper ones is all in the center");
+        let problem = format!(
+            "is {slope}, expected 0 to {most:.2}: steeper profiles have all their mass in the \
+                               center"
+        );
         return Err(Error::scene(key("power-law", "slope"), problem));
     }
     if slope == 0.0 {

@@ -54,7 +54,8 @@ fn joined(geometry: &Geometry, parts: &[(Part, Variable)], dimension: usize, nam
     let Some((_, first)) = parts.first() else { return Ok(None) };
     if let Some((_, other)) = parts.iter().find(|(_, v)| v.location != first.location) {
         let problem = format!(
-            "is given at nodes and '{}' in cells, or the other way round, so that they are no vector; leave one out with input.carry",
+            "is given at nodes and '{}' in cells, or the other way round, so they cannot form a vector; leave one out \
+             with input.carry",
             other.name
         );
         return Err(Error::field(&first.name, problem));

@@ -233,7 +233,9 @@ fn warn_of_momenta(all: &mut [Assignment], map: &BTreeMap<String, Role>) {
     let is_velocity = |a: &&mut Assignment| matches!(map.get(&a.variable), Some(Role::Vector(Vector::Velocity, _)));
     for a in all.iter_mut().filter(is_velocity).filter(|a| momentum(&a.variable).is_some()) {
         a.add_note(
-            "is named like a momentum, and is taken for a velocity as it stands; without the mapping it is divided by the density".into(),
+            "is named like a momentum, but is used as a velocity without conversion; without the mapping it is \
+             divided by the density"
+                .into(),
         );
         a.is_warning = true;
     }
@@ -297,7 +299,7 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
             let is_scalar = variable.components == 1;
             if part == Part::Whole && is_scalar && !matches!(space, Space::Radial | Space::Cartesian(1)) {
                 assignment.leave(format!(
-                    "is named like {}, but is a scalar: its direction is not known (--map {}=velocity-x)",
+                    "is named like {}, but is a scalar: its direction is unknown (--map {}=velocity-x)",
                     article(role),
                     variable.name
                 ));
@@ -315,7 +317,7 @@ fn judge(assignment: &mut Assignment, role: Role, variable: &Variable, space: Sp
             } else if !space.admits(part) && !is_mapped {
                 let remedy = match space {
                     Space::Cartesian(_) => format!(
-                        "the center is a guess; --map {}={} takes it about the origin of coordinates",
+                        "the center is a guess; --map {}={} uses the origin of coordinates as the center",
                         variable.name,
                         role.name()
                     ),

@@ -140,7 +140,8 @@ fn internal(
                     _ => Role::InternalEnergyDensity,
                 };
                 return Err(format!(
-                    "there is no velocity whose kinetic energy could come off (--map {name}={} where nothing moves)",
+                    "there is no velocity from which a kinetic energy could be subtracted (--map {name}={} if nothing \
+                     moves)",
                     at_rest.name()
                 ));
             }
@@ -191,7 +192,7 @@ fn internal(
     let negative = values.iter().filter(|u| **u < 0.0).count();
     if negative > 0 {
         let n = values.len();
-        return Err(format!("less the kinetic energy it is negative at {negative} of {n} places"));
+        return Err(format!("minus the kinetic energy it is negative at {negative} of {n} positions"));
     }
     let unit =
         is_known.then(|| Unit { symbol: "erg/g".into(), to_cgs: 1.0, dimension: UnitDimension::SPECIFIC_ENERGY });

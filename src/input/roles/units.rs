@@ -37,7 +37,7 @@ pub fn adopt_units(
             }
             (Some(_), Some(dimension), Some(name)) => {
                 variable.unit = Some(system.unit(dimension));
-                format!("states no unit that is known, and is taken to be in {name} as the input's length and density are")
+                format!("states no known unit, and is assumed to be in {name}, like the input's length and density")
             }
             (Some(_), Some(_), None) => {
                 "states no unit that is known, and its numbers are written as they stand; `units` in place of `input.length_unit` and \

@@ -17,11 +17,13 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     let is_held = name == "dualsphysics" && facts.has_walls();
     if periodic.contains(&true) && periodic.contains(&false) && !by_axis {
         doubts.push(format!(
-            "{title} is periodic along all axes or none, and the box along some: what leaves through its other faces comes in again opposite"
+            "{title} is periodic along all axes or none, but the box is periodic along some: matter that leaves \
+             through the other faces re-enters on the opposite side"
         ));
     } else if facts.reflects && !is_held && !["arepo", "pysph"].contains(&name) {
         doubts.push(format!(
-            "{title} has no reflecting walls: what the scene holds by them flows out, unless walls of particles hold it there"
+            "{title} has no reflecting walls: matter that they confine in the scene flows out, unless walls of \
+             particles confine it"
         ));
     }
     let is_planetary = AS_PLANETARY.contains(&facts.code.scheme.name);
@@ -31,33 +33,35 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             None => "--for swift:scheme=planetary is for them".into(),
         };
         doubts.push(format!(
-            "{title} ({}) takes the materials of the file for an ideal gas, whose pressure is another: {remedy}",
+            "{title} ({}) treats the materials of the file as an ideal gas, whose pressure differs: {remedy}",
             facts.code.scheme.name
         ));
     }
     if facts.gas.column(names::MAGNETIC_FIELD).is_some()
         && ["gadget4", "swift", "sph-exa", "pysph", "dualsphysics"].contains(&name)
     {
-        doubts.push(format!(
-            "{title} as it is built by default knows no magnetic field: the gas moves as if there were none"
-        ));
+        doubts
+            .push(format!("{title} in its default build has no magnetic fields: the gas moves as if there were none"));
     }
     // Liquids have the gravity that their pressures are in balance with.
     if facts.in_field && !["pysph", "dualsphysics"].contains(&name) {
         doubts.push(format!(
-            "{title} is not told of the force that holds the pressure, which is not the particles' own (balance.gravity): set it up in the code, or nothing holds the gas"
+            "{title} does not receive the external force that balances the pressure (balance.gravity): set it up in \
+             the code, or nothing confines the gas"
         ));
     }
     if facts.has_grains && name == "gizmo" {
         doubts.push(format!(
-            "{title} has drag on dust where it is built with GRAIN_FLUID and told how large the grains are, which the scene does not say: add both, or the dust feels none"
+            "{title} computes drag on dust only if it is built with GRAIN_FLUID and given the size of the grains, \
+             which the scene does not state: add both, or there is no drag"
         ));
     }
     if let Some([least, largest]) =
         facts.softened_apart().filter(|_| ["swift", "gadget4", "gizmo", "arepo"].contains(&name))
     {
         doubts.push(format!(
-            "{title} softens all point masses alike, but their radii go from {least:e} to {largest:e}: give them one, or change what the file says"
+            "{title} softens all point masses with one length, but their radii range from {least:e} to {largest:e}: \
+             give them one radius, or change the parameter file"
         ));
     }
     if let Some([least, largest]) = facts.masses_apart().filter(|_| name == "phantom" && facts.gravity.is_some()) {
@@ -76,7 +80,8 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             false => "may crash or hang at such contrasts",
         };
         doubts.push(format!(
-            "masses of gas go from {least:e} to {most:e}, and {title} {what}; give all gas particles one mass, or take more of them"
+            "masses of gas particles range from {least:e} to {most:e}, and {title} {what}; give all gas particles one \
+             mass, or use more of them"
         ));
     }
     if name == "sph-exa" && facts.gravity.is_some() {
@@ -87,7 +92,8 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
     }
     if facts.lacks_gravity {
         doubts.push(format!(
-            "{title} is started without gravity, since the box is periodic, and nothing holds what its own gravity holds: open boundaries have gravity"
+            "{title} is started without gravity, since the box is periodic, so a self-gravitating body will disperse: \
+             open boundaries have gravity"
         ));
     }
     if facts.may_lack_gravity {

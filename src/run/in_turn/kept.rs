@@ -268,7 +268,7 @@ impl Kept {
     pub fn there<const D: usize>(&self, block: usize) -> Result<Block<D>> {
         let gone = || Error::Checkpoint {
             path: self.folder.clone(),
-            problem: format!("has no block {block}, which there was; remove the folder to begin anew"),
+            problem: format!("lacks block {block}, which existed before; remove the folder to start again"),
         };
         self.block(block)?.ok_or_else(gone)
     }
@@ -323,7 +323,7 @@ impl Kept {
             files.chain(some).chain([self.seeded(), self.folder.join("scene")]).try_for_each(std::fs::remove_file);
         let removed = removed.and_then(|()| if self.is_own { std::fs::remove_dir(&self.folder) } else { Ok(()) });
         let error = removed.err()?;
-        Some(format!("the folder '{}' is of no more use but cannot be removed: {error}", self.folder.display()))
+        Some(format!("the folder '{}' is no longer needed but cannot be removed: {error}", self.folder.display()))
     }
 
     fn seeded(&self) -> PathBuf {
