@@ -11,11 +11,11 @@ pub struct AmbientInput {
     /// Its density: a number, or an expression in x, y, z and r (distance from the box's center), constants and units.
     #[schemars(example = 0.01)]
     pub density: Term,
-    /// Pressure, temperature, velocity and what else it carries, as expressions.
+    /// Pressure, temperature, velocity and other columns of the medium, as expressions.
     #[schemars(example = serde_json::json!({"pressure": 1, "velocity": [2, 0, 0]}))]
     #[serde(default, skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
-    /// What its particles have in common with those of the bodies.
+    /// Whether its particles have the mass or the spacing of those of the bodies.
     #[serde(default, rename = "match", skip_serializing_if = "MatchName::is_default")]
     pub matching: MatchName,
 }

@@ -6,21 +6,21 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 
-/// The balance of pressure and gravity that comes after the polish.
+/// The balance of pressure and gravity, which follows the polish.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BalanceInput {
-    /// Evaluations of the force; by default 600 at most, fewer for more than 30 000 particles, and an end where the net force is
-    /// a thousandth of gravity.
+    /// Number of evaluations of the force; by default at most 600, fewer for more than 30 000 particles; it ends when the net force is a
+    /// thousandth of gravity.
     #[schemars(schema_with = "super::schema::optional_count", example = 200)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
-    /// What the pressure is to cancel: by default the input's own where it is a radial profile, else a field that holds the pressure.
+    /// The gravity that the pressure balances: by default the input's own if it is a radial profile, otherwise an external field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<GravityName>,
-    /// Constant of gravity in the input's numbers, where these have no units.
+    /// Gravitational constant in the input's numbers, if these have no units.
     pub constant: f64,
-    /// Pressure where the input carries neither it nor an internal energy, or over what it carries.
+    /// Equation of state for the pressure, if the input carries neither pressure nor internal energy; overrides what it carries.
     #[schemars(example = serde_json::json!({"polytrope": {"constant": 1.0, "gamma": 1.5}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub equation_of_state: Option<EquationOfState>,
@@ -40,7 +40,7 @@ pub enum GravityName {
     Own,
     /// An external field: grad P / rho of the target.
     Field,
-    /// Nothing: the pressure is to be even.
+    /// None: the pressure is made uniform.
     None,
 }
 
@@ -59,7 +59,7 @@ pub enum EquationOfState {
     },
     /// P = sound_speed^2 rho.
     Isothermal {
-        /// Of the gas, the same everywhere.
+        /// Sound speed of the gas, uniform.
         #[schemars(extend("x-unit" = "velocity"))]
         sound_speed: Quantity,
     },

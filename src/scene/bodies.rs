@@ -15,12 +15,12 @@ use sph_formats::common::particle_names as names;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyInput {
-    /// For messages and the report; by default its number, from 1.
+    /// Name in messages and in the report; by default its number, from 1.
     #[schemars(example = &"primary")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     pub input: Input,
-    /// A single particle of this mass in place of an input: a companion, a core, a black hole.
+    /// Mass of a single particle, instead of an input: a companion, a core, a black hole.
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_mass: Option<Quantity>,
@@ -28,7 +28,7 @@ pub struct BodyInput {
     #[schemars(extend("x-unit" = "length"), example = &"5 Rsun")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub softening_radius: Option<Quantity>,
-    /// Of a point mass: within it takes up matter, where the code has such particles (Phantom's sinks).
+    /// Accretion radius of a point mass, if the code has such particles (Phantom's sinks).
     #[schemars(extend("x-unit" = "length"), example = &"0.1 Rsun")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accretion_radius: Option<Quantity>,
@@ -49,7 +49,7 @@ pub struct BodyInput {
     pub polish: Option<Polish>,
     #[serde(skip_serializing_if = "Switch::is_unset")]
     pub balance: Switch<BalanceInput>,
-    /// What attracts this body beside itself, about its own center, and is no particle of the file.
+    /// Bodies around its center whose gravity acts on this body, but which are not particles of the file.
     #[schemars(example = serde_json::json!([{"point_mass": 1.0}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gravity_of: Vec<AttractorInput>,
@@ -78,11 +78,11 @@ pub struct BodyInput {
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub orientation: Vec<f64>,
-    /// Where its center of mass is; the origin by default.
+    /// Position of its center of mass; the origin by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub position: Vec<Quantity>,
-    /// That of the body as a whole, on top of its own velocities.
+    /// Velocity of the body as a whole, added to its own velocities.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<Quantity>,
@@ -98,16 +98,16 @@ pub struct BodyInput {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OrbitInput {
-    /// That of an ellipse.
+    /// Semi-major axis of an elliptic orbit.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub semi_major_axis: Option<Quantity>,
-    /// That of an ellipse, from 0 (a circle) to less than 1.
+    /// Eccentricity of an elliptic orbit, from 0 (a circle) to less than 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub eccentricity: f64,
     /// Time since the pericenter in units of the period.
     pub phase: f64,
-    /// Whether both turn once in the period, like one solid body where the orbit is a circle.
+    /// Whether both bodies rotate once per period, like a rigid body if the orbit is a circle.
     pub corotation: bool,
     /// Sine of the angle between the line of centers and the velocity when the bodies touch.
     #[schemars(example = 0.5)]
@@ -121,11 +121,11 @@ pub struct OrbitInput {
     #[schemars(example = 1.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_over_escape: Option<f64>,
-    /// Relative speed before they felt each other.
+    /// Relative speed at infinite distance.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_at_infinity: Option<Quantity>,
-    /// That between the centers in the beginning.
+    /// Initial distance between the centers.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<Quantity>,

@@ -42,7 +42,7 @@ pub struct AttractorInput {
     pub input: Input,
     #[serde(skip_serializing_if = "DomainInput::is_empty")]
     pub domain: DomainInput,
-    /// A point of this mass in place of an input.
+    /// Mass of a point, instead of an input.
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub point_mass: Option<Quantity>,

@@ -10,15 +10,15 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CoreInput {
-    /// Where the softened attraction becomes that of a point, and within which the gas is replaced: 2 hsoft in Phantom, 2.8
+    /// Radius beyond which the softened attraction equals that of a point, and within which the gas is replaced: 2 hsoft in Phantom, 2.8
     /// Plummer-equivalent lengths in GADGET and AREPO, 3 in SWIFT.
     #[schemars(extend("x-unit" = "length"), example = &"5 Rsun")]
     pub radius: Quantity,
-    /// What becomes of the gas within the radius.
+    /// Profile of the gas within the radius.
     #[serde(default, skip_serializing_if = "CoreGas::is_cubic")]
     pub gas: CoreGas,
-    /// Of the point. That of a cubic core is found where this is left out, those of the others follow from hydrostatics; beside gas
-    /// that is kept it has to be stated.
+    /// Mass of the point. For a cubic core it is determined if it is left out; for the other laws it follows from hydrostatic equilibrium; with
+    /// `keep` it has to be stated.
     #[schemars(extend("x-unit" = "mass"), example = &"0.4 Msun")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity>,
@@ -26,10 +26,10 @@ pub struct CoreInput {
     #[schemars(example = 3.0)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n: Option<f64>,
-    /// How the point's mass is spread; by default as the target code does it, without one as a cubic spline.
+    /// Softening kernel of the point mass; by default that of the target code or, without one, a cubic spline.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub softening: Option<SofteningName>,
-    /// Particle type of the point in files of GADGET's kind, 1 to 5; 1 (dark matter) by default.
+    /// Particle type of the point in GADGET-style files, 1 to 5; 1 (dark matter) by default.
     #[schemars(range(min = 1, max = 5), example = 1)]
     #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
     pub part_type: Option<u8>,
@@ -47,7 +47,7 @@ pub enum CoreGas {
     ConstantEntropy,
     /// The solution of the modified Lane-Emden equation with the model's density gradient at the radius (Ohlmann et al. 2017).
     LaneEmden,
-    /// As in the input: what a model without its core, or a star around a black hole, has already.
+    /// As in the input, for a model from which the core has been removed already, or a star around a black hole.
     Keep,
 }
 

@@ -11,16 +11,16 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiscInput {
-    /// Of the gas.
+    /// Mass of the gas.
     #[schemars(extend("x-unit" = "mass"))]
     pub mass: Quantity,
-    /// Where the disc begins; 0 without a hole.
+    /// Inner radius of the disc; 0 for a disc without a hole.
     #[schemars(extend("x-unit" = "length"))]
     pub inner_radius: Quantity,
-    /// Where it ends.
+    /// Outer radius of the disc.
     #[schemars(extend("x-unit" = "length"))]
     pub outer_radius: Quantity,
-    /// As an expression in R, in any unit: its scale follows from the mass.
+    /// Surface density as an expression in R, in any unit: its scale follows from the mass.
     #[schemars(example = &"exp(-R/3)")]
     #[serde(default = "one_over_radius")]
     pub surface_density: Term,
@@ -32,12 +32,12 @@ pub struct DiscInput {
     #[schemars(example = &"10 km/s")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_speed: Option<Term>,
-    /// Over which the surface density falls at both edges, in scale heights there: as exp(-x^2/2), to three of these widths. With
-    /// less than one rings are unstable (Rayleigh); 0 is a sharp edge.
+    /// Width over which the surface density falls at both edges, in local scale heights: as exp(-x^2/2), to three of these widths. With a width
+    /// below one, rings are unstable (Rayleigh); 0 is a sharp edge.
     #[schemars(range(min = 0.0), example = 1.25)]
     #[serde(default = "edge_width")]
     pub edge_width: f64,
-    /// Whether it feels its own gravity.
+    /// Whether the disc is self-gravitating.
     #[serde(default = "yes")]
     pub self_gravity: bool,
 }

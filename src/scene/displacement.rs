@@ -16,7 +16,7 @@ pub struct DisplacementInput {
     #[schemars(example = serde_json::json!(["-0.01*sin(2*pi*x)", 0, 0]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub field: Vec<Term>,
-    /// n of the power law P(k) ~ k^n of the density contrast -div psi.
+    /// Exponent n of the power spectrum P(k) ~ k^n of the density contrast -div psi.
     #[schemars(example = -2.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<f64>,
@@ -32,13 +32,13 @@ pub struct DisplacementInput {
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms: Option<Quantity>,
-    /// Least and largest wave number, in waves across the longest edge of the box.
+    /// Smallest and largest wave number, in waves across the longest edge of the box.
     pub wavenumbers: [f64; 2],
     /// Velocities over displacements, which are added to those of the scene: f H of a growing mode. Without it there are none.
     #[schemars(extend("x-unit" = "angular velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity_factor: Option<Quantity>,
-    /// By default that of the scene.
+    /// Seed of the random numbers; by default that of the scene.
     #[schemars(example = 1)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Where particles may be. By default all of the input; expressions need one of its keys.
+/// Region in which particles are placed. By default all of the input; expressions need one of its keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DomainInput {
@@ -29,7 +29,7 @@ pub struct DomainInput {
     #[schemars(extend("x-aliases" = ["ellipse"]))]
     #[serde(alias = "ellipse", skip_serializing_if = "Option::is_none")]
     pub ellipsoid: Option<EllipsoidInput>,
-    /// What a surface in a file encloses.
+    /// The interior of a surface from a file.
     #[schemars(example = serde_json::json!({"file": "tank.stl"}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceInput>,
@@ -37,15 +37,15 @@ pub struct DomainInput {
     #[schemars(example = serde_json::json!({"by": [0, 0, 30], "shape": {"box": [[0, 0, 0], [1, 1, 1]]}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotate: Option<RotateInput>,
-    /// All shapes of a list together.
+    /// The union of all shapes of a list.
     #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub union: Option<Vec<ShapeInput>>,
-    /// What they have in common.
+    /// The intersection of all shapes of a list.
     #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub intersection: Option<Vec<ShapeInput>>,
-    /// The first without the others.
+    /// The first shape without the others.
     #[schemars(example = serde_json::json!([{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub difference: Option<Vec<ShapeInput>>,

@@ -17,7 +17,7 @@ pub struct DustInput {
     /// Mass of dust per mass of gas: a number, or an expression in x, y, z and r as that of a density.
     #[schemars(example = 0.01)]
     pub ratio: Term,
-    /// Number of its particles; by default a fifth of those of the gas.
+    /// Number of dust particles; by default a fifth of the number of gas particles.
     #[schemars(schema_with = "super::schema::optional_count", example = &"20k")]
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub particles: Option<usize>,

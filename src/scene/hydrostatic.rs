@@ -11,21 +11,21 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HydrostaticInput {
-    /// Of the gas within the outer radius.
+    /// Mass of the gas within the outer radius.
     #[schemars(extend("x-unit" = "mass"))]
     pub mass: Quantity,
-    /// Where the gas ends.
+    /// Radius at which the gas ends.
     #[schemars(extend("x-unit" = "length"))]
     pub outer_radius: Quantity,
-    /// sqrt(P/rho): a number, or an expression in r. With `n` it is that in the center.
+    /// Isothermal sound speed sqrt(P/rho): a number, or an expression in r. With `n` it is the value in the center.
     #[schemars(example = &"sqrt(kB*6e7*K/(0.6*mH))")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_speed: Option<Term>,
-    /// Of P = K rho^(1 + 1/n), from 0 to 100. Without a sound speed the density falls to 0 at the outer radius.
+    /// Polytropic index of P = K rho^(1 + 1/n), from 0 to 100. Without a sound speed the density falls to 0 at the outer radius.
     #[schemars(example = 1.5)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub n: Option<f64>,
-    /// Whether it feels its own gravity.
+    /// Whether the disc is self-gravitating.
     #[serde(default = "yes")]
     pub self_gravity: bool,
 }

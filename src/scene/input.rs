@@ -27,7 +27,7 @@ pub struct Input {
     #[schemars(example = serde_json::json!({"radius": "5 Rsun"}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub core: Option<CoreInput>,
-    /// Name of the format where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[schemars(example = &"mesa")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -50,22 +50,22 @@ pub struct Input {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<InterpolationName>,
     pub missing: MissingValues,
-    /// Where the rows of a radial table lie; without the statement the mass that the table states decides.
+    /// Positions of the rows of a radial table; by default the mass that the table states decides.
     #[serde(skip_serializing_if = "StaggeringName::is_auto")]
     pub staggering: StaggeringName,
-    /// What the values of a grid belong to, where the file gives no bounds of cells; without the statement a periodic axis is
-    /// decided by where its nodes lie, or refused.
+    /// Whether the values of a grid belong to cells or to nodes, if the file gives no cell bounds; by default a periodic axis is decided by the
+    /// position of its nodes, or refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centering: Option<CenteringName>,
     /// Dimension in which a radial profile is used (3), and of an expression.
     #[schemars(range(min = 1, max = 3), example = 3)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dimension: Option<usize>,
-    /// Unit of length of the input, over the file's own statement.
+    /// Unit of length of the input; overrides the file.
     #[schemars(example = &"km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_unit: Option<String>,
-    /// Unit of the density, over the file's own statement.
+    /// Unit of the density; overrides the file.
     #[schemars(example = &"kg/m^3")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density_unit: Option<String>,
@@ -77,7 +77,7 @@ pub struct Input {
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = 0.01)]
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub scale: Vec<f64>,
-    /// Degrees by which a surface is turned about the axes x, y and z, in this order; in 2-D one number.
+    /// Rotation of a surface about the axes x, y and z, in this order, in degrees; in 2-D one number.
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub rotate: Vec<f64>,
@@ -86,8 +86,8 @@ pub struct Input {
     #[schemars(extend("x-unit" = "length"), example = &"6371 km")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planet_radius: Option<Quantity>,
-    /// A particle file, made by another tool, whose dark matter, stars and other particles that are no gas go into the output beside the
-    /// gas as they are, in the coordinates of the input.
+    /// A particle file from another tool, whose dark matter, stars and other particles except gas are copied to the output unchanged, in the
+    /// coordinates of the input.
     #[schemars(example = &"halo.hdf5")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub others: Option<PathBuf>,
@@ -96,7 +96,7 @@ pub struct Input {
     #[schemars(example = true)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep_particles: Option<bool>,
-    /// Particles of a snapshot that are no gas: dark matter, stars, sinks.
+    /// Particles of a snapshot other than gas: dark matter, stars, sinks.
     #[serde(skip_serializing_if = "OtherTypes::is_default")]
     pub other_types: OtherTypes,
 }
@@ -199,19 +199,19 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InterpolationName {
-    /// The density has a slope in each direction within each cell, which keeps the cell's mass and leaves jumps where they are; what particles
-    /// carry is constant in each cell. How cells of one size in Cartesian coordinates are read unless another one is chosen.
+    /// The density has a slope in each direction within each cell, which conserves the cell's mass and keeps jumps sharp; carried variables are
+    /// constant in each cell. Default for cells of one size in Cartesian coordinates.
     PiecewiseLinear,
     /// Between the nearest nodes, or middles of cells, in each direction; on refined grids the same as `piecewise-linear`.
     Linear,
     /// Limited cubic, without overshoots; not on refined grids.
     Cubic,
-    /// The value of the cell, or of the nearest node. Particles of a snapshot have theirs throughout their Voronoi cells, which is how
-    /// those of AREPO are read unless another one is chosen; `linear` fits a smooth field to them, as to others.
+    /// The value of the cell, or of the nearest node. For a snapshot, each particle's values hold throughout its Voronoi cell, which is the
+    /// default for AREPO; `linear` fits a smooth field to them, as to other snapshots.
     Nearest,
 }
 
-/// What NaN and masked values of the density mean.
+/// Meaning of NaN and masked values of the density.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MissingValues {
@@ -226,7 +226,7 @@ pub enum MissingValues {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StaggeringName {
-    /// Where each zone has the mass that a column states; without such a column as the columns' names say.
+    /// Chosen so that each zone has the mass that a column states or, without such a column, by the names of the columns.
     #[default]
     Auto,
     /// At points, to which radius, density and mass belong.
@@ -243,9 +243,9 @@ pub enum StaggeringName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CenteringName {
-    /// Cells around the nodes: N of them are N steps long.
+    /// Values belong to cells around the nodes: N of them span N steps.
     Cells,
-    /// The nodes: N of them are N - 1 steps long, and the last of a periodic axis is the first again.
+    /// Values belong to the nodes: N of them span N - 1 steps, and the last of a periodic axis repeats the first.
     Nodes,
 }
 
@@ -259,7 +259,7 @@ impl StaggeringName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OtherTypes {
-    /// They go into the output as they are.
+    /// They are copied to the output unchanged.
     #[default]
     Keep,
     /// They are left out.
@@ -276,9 +276,9 @@ impl OtherTypes {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Atmosphere {
-    /// Cut where N particles no longer resolve it; the report states the mass left out.
+    /// It is cut where N particles no longer resolve it; the report states the mass left out.
     #[default]
     Cut,
-    /// Kept, however few particles it gets.
+    /// It is kept, however few particles it receives.
     Keep,
 }

@@ -100,14 +100,14 @@ pub struct Scene {
     #[schemars(example = &"solar")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
-    /// What variables of the input are, where their names do not say it: `{vel1: velocity-x, E: none}`.
+    /// Roles of variables of the input, if their names do not determine them: `{vel1: velocity-x, E: none}`.
     #[schemars(example = serde_json::json!({"vel1": "velocity-x", "E": "none"}))]
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub map: BTreeMap<String, Role>,
-    /// Where the particle number density follows a field of its own; masses then vary.
+    /// A particle number density that is independent of the mass density; masses then vary.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ResolutionInput>,
-    /// A sphere in which particles are finer or coarser: of a snapshot, all others stay as they are.
+    /// A sphere with finer or coarser particles; in a snapshot, all other particles are kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refine: Option<RefineInput>,
     pub domain: DomainInput,
@@ -121,27 +121,27 @@ pub struct Scene {
     /// mass bisection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seeding: Option<Seeding>,
-    /// Whether particles make a crystal, for the least noise (a face-centered cubic lattice unless `seeding` names another), or lie
-    /// alike in all directions; by default the latter, unless `seeding` names a lattice.
+    /// Whether particles form a crystal, which has the least noise (a face-centered cubic lattice unless `seeding` names another), or an
+    /// isotropic arrangement; by default the latter, unless `seeding` names a lattice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<Order>,
-    /// The code, and its build, that the particles are for: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
-    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`, `arepo`, `pysph`, `dualsphysics`. Sets kernel, neighbors and format where they are
-    /// left out, the constant of gravity, and balances bodies that their own gravity holds.
+    /// The simulation code, with its build options, for which the particles are made: `swift`, `swift:wendland-c4,eta=1.2348,scheme=planetary`,
+    /// `gadget4:neighbors=64`, `gadget2`, `phantom:hfact=1.2`, `arepo`, `pysph`, `dualsphysics`. Sets the kernel, the number of neighbors and
+    /// the format if they are left out, and the gravitational constant, and balances self-gravitating bodies.
     #[schemars(example = &"swift:wendland-c4,eta=1.2348")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target_code: Option<String>,
-    /// Of all sums: by default that of the target code, else Wendland C4.
+    /// Kernel of all sums; by default that of the target code, otherwise Wendland C4.
     #[schemars(schema_with = "schema::optional_kernel")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel: Option<KernelName>,
-    /// Kernel neighbors V_d n H^d; by default those of the target code, else 64 in 3-D and the same H per spacing below (19.3,
-    /// 4.96).
+    /// Number of kernel neighbors V_d n H^d; by default that of the target code, otherwise 64 in 3-D, and the same H per spacing in 2-D and 1-D
+    /// (19.3, 4.96).
     #[schemars(range(min = 2.0, max = 1000.0), example = 64.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbors: Option<f64>,
-    /// Ratio of densities across a discontinuity from which the regions on its sides are relaxed one by one, each as if it went
-    /// on beyond: by default 7.4, and 1.4 for the others where any is above that. Less, as 1.5, for contact discontinuities.
+    /// Ratio of densities across a discontinuity above which the regions on its sides are relaxed separately, each as if it continued beyond:
+    /// by default 7.4, and 1.4 for the other discontinuities if any exceeds 7.4. Use a smaller value, such as 1.5, for contact discontinuities.
     #[schemars(example = 1.5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_contrast: Option<f64>,
@@ -152,37 +152,38 @@ pub struct Scene {
     pub alaric: AlaricInput,
     pub solver: SolverInput,
     pub afc: AfcInput,
-    /// Moves the particles until the pressure force of the target code cancels gravity; by default for a body that its own gravity holds, where the code
-    /// that it is for is stated. `true`, `false`, or its keys.
+    /// Moves the particles until the pressure force of the target code cancels gravity; by default for a self-gravitating body if a target code
+    /// is stated. `true`, `false`, or its keys.
     #[schemars(example = true)]
     #[serde(skip_serializing_if = "Switch::is_unset")]
     pub balance: Switch<BalanceInput>,
-    /// Dynamical times for which the result is followed forward, to see whether it stays still; for a body that its own gravity
-    /// holds, and for bodies and the medium about them in a box that holds both.
+    /// Number of dynamical times for which the result is evolved, to see whether it stays at rest; for a self-gravitating body, and for bodies
+    /// and the medium around them in a box that contains both.
     #[schemars(extend("x-unit" = "dynamical times"), example = 3.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certify: Option<f64>,
-    /// Dynamical times of the whole for which the forces of the target code act on the placed particles while their motion is damped, but for
-    /// the rotation of the whole: for bodies that cannot be balanced, such as two in each other's tides and one that rotates. `certify` then
-    /// follows them from there.
+    /// Number of dynamical times of the whole for which the placed particles move under the forces of the target code while their motion is
+    /// damped, except for the rotation of the whole. This is for bodies that cannot be balanced, such as two bodies in each other's tidal
+    /// field, or a rotating one. `certify` then evolves them from there.
     #[schemars(extend("x-unit" = "dynamical times"), example = 4.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settle: Option<f64>,
-    /// Lets masses move by at most this fraction until the density is exact; equal masses otherwise.
+    /// Largest fraction by which masses may change to make the density exact; masses are equal otherwise.
     #[schemars(example = 0.05)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trim_masses: Option<f64>,
-    /// Stop when epsilon (re-fitted) is below; not reaching it is an error of its own.
+    /// Stop when epsilon (mass re-fitted) is below this value; if it is not reached, the exit code is 3.
     #[schemars(example = 1e-5)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Seconds after which relaxation stops with the best state so far. Bodies share them by their particles.
+    /// Time in seconds after which relaxation stops with the best state so far. Bodies share it in proportion to their numbers of particles.
     #[schemars(extend("x-unit" = "s"), range(min = 0.0), example = 3500.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_limit: Option<f64>,
     #[serde(skip_serializing_if = "CheckpointInput::is_default")]
     pub checkpoint: CheckpointInput,
-    /// What particles carry beside their mass, as expressions or variables of files (`{file: F, variable: V}`): beside the input's columns, or in their place.
+    /// Columns of the particles in addition to their mass, as expressions or variables of files (`{file: F, variable: V}`). They are added to
+    /// the input's columns, or replace them.
     #[schemars(example = serde_json::json!({"velocity": ["-y", "x", 0]}))]
     #[serde(skip_serializing_if = "FieldsInput::is_empty")]
     pub fields: FieldsInput,
@@ -192,19 +193,19 @@ pub struct Scene {
     pub displacement: Option<DisplacementInput>,
     pub motion: Motion,
     pub thermal: Thermal,
-    /// Makes the particles collisionless, as dark matter and stars are: `true`, or its keys.
+    /// Makes the particles collisionless, like dark matter and stars: `true`, or its keys.
     #[schemars(schema_with = "schema::switch_or_keys::<CollisionlessInput>", example = true)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "switch::switch_or_keys")]
     pub collisionless: Option<CollisionlessInput>,
-    /// Dust as particles of its own beside the gas.
+    /// Dust, as separate particles in addition to the gas.
     #[schemars(example = serde_json::json!({"ratio": 0.01, "particles": "20k"}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dust: Option<DustInput>,
-    /// Bodies about the same center that are not among the particles, but whose gravity these feel: inputs, or point masses.
+    /// Bodies around the same center that are not among the particles, but whose gravity acts on them: inputs, or point masses.
     #[schemars(example = serde_json::json!([{"input": {"profile": {"nfw": {"mass": "1e12 Msun", "scale_radius": "20 kpc", "outer_radius": "200 kpc"}}}}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gravity_of: Vec<AttractorInput>,
-    /// Materials by distance from the center, from the inside outward; over carried ones.
+    /// Materials by distance from the center, from the inside outward; they override carried ones.
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<MaterialLayer>,
@@ -212,22 +213,22 @@ pub struct Scene {
     #[schemars(example = serde_json::json!({"layers": 3}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub walls: Option<WallsInput>,
-    /// Several bodies, each a scene of its own, in place of `input` and what goes with it.
+    /// Several bodies, each a separate scene, instead of `input` and its related keys.
     #[schemars(example = serde_json::json!([{"input": {"file": "star.nc"}, "position": [0, 0, 0]}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<BodyInput>,
-    /// A medium that fills the rest of the box about the bodies, which is that of the `domain`.
+    /// A medium that fills the rest of the box around the bodies; the box is that of the `domain`.
     #[schemars(example = serde_json::json!({"density": 0.01, "fields": {"pressure": 1, "velocity": [2, 0, 0]}}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ambient: Option<AmbientInput>,
-    /// That of two bodies about each other.
+    /// The orbit of two bodies around each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orbit: Option<OrbitInput>,
-    /// A folder in which placed bodies are kept, so that another orbit of the same takes no time.
+    /// Folder in which placed bodies are stored, so that another orbit of the same bodies takes no time.
     #[schemars(example = &"placed")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<PathBuf>,
-    /// That of each particle, the same in all bodies, in place of a number of particles.
+    /// Mass of each particle, the same in all bodies, instead of a number of particles.
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particle_mass: Option<Quantity>,
@@ -244,19 +245,19 @@ fn positive(key: &str, v: f64) -> Result<()> {
     }
 }
 
-/// The file that comes out.
+/// The output file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Where the particles go; the extension chooses the flavor, and .png is a picture of them instead.
+    /// Particle file to write; the extension selects the format; .png writes an image instead.
     #[schemars(example = &"ic.hdf5")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// A page of the run beside the particles: verdict, pictures, figures, plan and scene, as HTML that needs nothing else.
+    /// A self-contained HTML page about the run: verdict, images, figures, plan and scene.
     #[schemars(example = &"ic.html")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub report: Option<PathBuf>,
-    /// Flavor where the extension does not settle it.
+    /// Format, if the extension does not determine it.
     #[schemars(example = &"swift")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -264,18 +265,18 @@ pub struct Output {
     #[schemars(example = &"cgs")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
-    /// How many files hold the particles: `NAME.0.EXT` and so on for GADGET and its kin, pieces of a `.pvtu` for VTK.
+    /// Number of files for the particles: `NAME.0.EXT` and so on for GADGET and similar formats, pieces of a `.pvtu` for VTK.
     #[schemars(range(min = 1), example = 8)]
     #[serde(skip_serializing_if = "is_one")]
     pub files: usize,
-    /// Edge of the box of an isolated body over the body's own.
+    /// Edge length of the box of an isolated body, relative to the size of the body.
     pub box_factor: f64,
     /// Which point of the result is at the origin: `corner` of the box, `center` of the box, `center-of-mass`, that of the `input`,
     /// or a point of the input. By default the center of mass for Phantom, and the corner for others.
     #[schemars(extend("x-unit" = "length"), example = &"center-of-mass")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginInput>,
-    /// Whether a file that is there already is refused instead of replaced.
+    /// Whether an existing file is an error instead of being replaced.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub no_clobber: bool,
     /// Deflate level, 0 to 9.
@@ -283,21 +284,21 @@ pub struct Output {
     pub compression: u8,
     /// Whether f64 is written where the format's default is f32.
     pub double_precision: bool,
-    /// A column `TargetDensity` with what the density should be at each particle.
+    /// Whether to write a column `TargetDensity` with the target density at each particle.
     pub target_density: bool,
-    /// Parameter files of the target code beside the output, with which it starts and runs as they are.
+    /// Whether to write parameter files of the target code, with which it starts and runs the output without changes.
     pub parameters: bool,
     pub on_interrupt: OnInterrupt,
 }
 
-/// What an interrupt (Ctrl-C) leaves.
+/// Result that an interrupt (Ctrl-C) leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OnInterrupt {
-    /// Nothing: who interrupts wants no result, and an earlier one may be in its place.
+    /// No file: an interrupt means that no result is wanted, and an earlier file of this name is kept.
     #[default]
     Discard,
-    /// The best state so far, marked as unconverged.
+    /// The best state so far, marked as not converged.
     Write,
 }
 

@@ -4,11 +4,11 @@ use super::Quantity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Velocities given to the particles, on top of carried ones.
+/// Velocities added to those that the particles carry.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Motion {
-    /// The same for all.
+    /// Velocity of all particles.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bulk: Vec<Quantity>,
@@ -18,7 +18,7 @@ pub struct Motion {
     pub rotation: Vec<Quantity>,
 }
 
-/// Where the internal energy comes from when the input does not carry it.
+/// Source of the internal energy, if the input does not carry it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Thermal {
@@ -40,7 +40,7 @@ impl Default for Thermal {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialLayer {
-    /// Number of the material.
+    /// Material number.
     #[schemars(example = 400)]
     pub id: i32,
     /// Outer radius. The last layer has none.

@@ -11,26 +11,26 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanetInput {
-    /// Of the whole planet.
+    /// Mass of the whole planet.
     #[schemars(extend("x-unit" = "mass"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<Quantity>,
-    /// Of its surface.
+    /// Radius of the planet's surface.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius: Option<Quantity>,
     /// From the inside outward.
     #[schemars(example = serde_json::json!([{"material": "tillotson-iron", "mass_fraction": 0.3}, {"material": "tillotson-granite"}]))]
     pub layers: Vec<LayerInput>,
-    /// Needed where a layer's pressure depends on it.
+    /// Temperature at the surface. Required if the pressure of a layer depends on temperature.
     #[schemars(extend("x-unit" = "temperature"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_temperature: Option<Quantity>,
-    /// 0 by default.
+    /// Pressure at the surface, 0 by default.
     #[schemars(extend("x-unit" = "pressure"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_pressure: Option<Quantity>,
-    /// Of all layers that state none; adiabatic by default.
+    /// Temperature profile of all layers that state none; adiabatic by default.
     #[schemars(example = &"adiabatic")]
     #[serde(default)]
     pub state: ThermalState,
@@ -40,7 +40,7 @@ pub struct PlanetInput {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerInput {
-    /// What it is made of: a name, or an equation of state with its constants.
+    /// Material of the layer: a name, or an equation of state with its constants.
     #[schemars(example = &"tillotson-iron")]
     pub material: MaterialInput,
     /// Outer radius.
@@ -55,11 +55,11 @@ pub struct LayerInput {
     #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_fraction: Option<f64>,
-    /// How temperature follows depth in it, where it differs from the planet's `state`.
+    /// Temperature profile within the layer, if it differs from the planet's `state`.
     #[schemars(example = &"isothermal")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<ThermalState>,
-    /// Number in files (`MaterialIDs`), where the material has none of its own or is to have another.
+    /// Material number in files (`MaterialIDs`), if the material has none or should have a different one.
     #[schemars(example = 402)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<i32>,
@@ -117,7 +117,7 @@ pub enum MaterialInput {
     },
     /// P = sound_speed^2 rho.
     Isothermal {
-        /// The same everywhere.
+        /// Sound speed, uniform.
         #[schemars(extend("x-unit" = "velocity"))]
         sound_speed: Quantity,
     },
@@ -132,13 +132,13 @@ pub enum MaterialInput {
     },
     /// P = bulk_modulus/exponent ((rho/density)^exponent - 1); Cole's water has the exponent 7.
     Murnaghan {
-        /// At no pressure.
+        /// Value at zero pressure.
         #[schemars(extend("x-unit" = "density"))]
         density: Quantity,
-        /// At no pressure.
+        /// Value at zero pressure.
         #[schemars(extend("x-unit" = "pressure"))]
         bulk_modulus: Quantity,
-        /// Of the density.
+        /// Exponent of the density.
         #[serde(default = "seven")]
         exponent: f64,
     },

@@ -17,20 +17,20 @@ use std::path::PathBuf;
 pub enum ProfileInput {
     /// P = K rho^(1 + 1/n) under its own gravity, 0 <= n < 4.99; in 1, 2 or 3 dimensions.
     Polytrope {
-        /// Index, from 0 to 4.99; 1.5 is a convective star, 3 a radiative one.
+        /// Polytropic index, from 0 to 4.99; 1.5 for a convective star, 3 for a radiative one.
         #[schemars(example = 1.5)]
         n: f64,
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
         #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
     },
-    /// Zones of polytropes of different indices, as a core and an envelope, under their own gravity: pressure and temperature are
+    /// Zones of polytropes of different indices, such as a core and an envelope, under their own gravity; pressure and temperature are
     /// continuous.
     CompositePolytrope {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
@@ -40,21 +40,21 @@ pub enum ProfileInput {
         #[schemars(example = serde_json::json!([{"n": 3, "mass_fraction": 0.3}, {"n": 1.5}]))]
         zones: Vec<PolytropeZone>,
     },
-    /// P = c^2 rho under its own gravity, cut at the radius; the solution that is stable, or nearest to that.
+    /// P = c^2 rho under its own gravity, cut at the radius; the stable solution or, if there is none, the one closest to stability.
     Isothermal {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
         #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
-        /// Of the gas, the same everywhere.
+        /// Sound speed of the gas, uniform.
         #[schemars(extend("x-unit" = "velocity"))]
         sound_speed: Quantity,
     },
     /// An isothermal sphere cut at xi = r sqrt(4 pi G rho_c) / c; by default the largest stable one.
     BonnorEbert {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
@@ -66,59 +66,59 @@ pub enum ProfileInput {
     },
     /// (1 + r^2/a^2)^(-5/2).
     Plummer {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// a of the law.
+        /// Scale radius a of the law.
         #[schemars(extend("x-unit" = "length"))]
         scale_radius: Quantity,
-        /// Where the body is cut.
+        /// Radius at which the body is cut.
         #[schemars(extend("x-unit" = "length"))]
         outer_radius: Quantity,
     },
     /// a / (r (r + a)^3).
     Hernquist {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// a of the law.
+        /// Scale radius a of the law.
         #[schemars(extend("x-unit" = "length"))]
         scale_radius: Quantity,
-        /// Where the body is cut.
+        /// Radius at which the body is cut.
         #[schemars(extend("x-unit" = "length"))]
         outer_radius: Quantity,
     },
     /// 1 / (r (r + a)^2).
     Nfw {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// a of the law.
+        /// Scale radius a of the law.
         #[schemars(extend("x-unit" = "length"))]
         scale_radius: Quantity,
-        /// Where the body is cut.
+        /// Radius at which the body is cut.
         #[schemars(extend("x-unit" = "length"))]
         outer_radius: Quantity,
     },
     /// King's (1962) density with a core and a tidal radius.
     King {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// Of the core.
+        /// Radius of the core.
         #[schemars(extend("x-unit" = "length"))]
         core_radius: Quantity,
-        /// Where the density vanishes.
+        /// Radius at which the density vanishes.
         #[schemars(extend("x-unit" = "length"))]
         tidal_radius: Quantity,
     },
     /// King's (1966) model of a cluster: an isothermal sphere whose stars are cut off at the energy of the tidal radius.
     #[serde(rename = "king-1966")]
     KingCluster {
-        /// Within the tidal radius.
+        /// Mass within the tidal radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// Where the density vanishes.
+        /// Radius at which the density vanishes.
         #[schemars(extend("x-unit" = "length"))]
         tidal_radius: Quantity,
         /// W_0, the depth of the potential in units of the squared dispersion of the center: up to 20.
@@ -127,22 +127,22 @@ pub enum ProfileInput {
     },
     /// (1 + r^2/r_c^2)^(-3 beta/2).
     BetaModel {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// Of the core.
+        /// Radius of the core.
         #[schemars(extend("x-unit" = "length"))]
         core_radius: Quantity,
-        /// beta of the law.
+        /// Exponent beta of the law.
         #[serde(default = "two_thirds")]
         beta: f64,
-        /// Where the body is cut.
+        /// Radius at which the body is cut.
         #[schemars(extend("x-unit" = "length"))]
         outer_radius: Quantity,
     },
     /// 1/r with u = 0.05 G M/R (Evrard 1988): it collapses.
     Evrard {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
@@ -154,19 +154,19 @@ pub enum ProfileInput {
     },
     /// r^-slope, in 1, 2 or 3 dimensions.
     PowerLaw {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
         #[schemars(extend("x-unit" = "length"))]
         radius: Quantity,
-        /// Of the power law.
+        /// Exponent of the power law r^-slope.
         #[schemars(example = 2.0)]
         slope: f64,
     },
     /// P = k rho^2 in the force -Omega^2 r: rho_c (1 - r^2/R^2), in 1, 2 or 3 dimensions.
     ToyStar {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
         /// Outer radius.
@@ -176,20 +176,20 @@ pub enum ProfileInput {
         #[schemars(example = 0.25)]
         k: f64,
     },
-    /// Degenerate electrons of any speed.
+    /// Degenerate electrons at any degree of relativity.
     WhiteDwarf {
-        /// Within the outer radius.
+        /// Mass within the outer radius.
         #[schemars(extend("x-unit" = "mass"))]
         mass: Quantity,
-        /// mu_e.
+        /// Nucleons per electron, mu_e.
         #[serde(default = "two")]
         nucleons_per_electron: f64,
     },
     /// Layers of materials with their equations of state, under their own gravity.
     Planet(PlanetInput),
-    /// Gas in rotation about what the scene has in the center, in equilibrium with its gravity and the disc's own.
+    /// Rotating gas around the central bodies of the scene, in equilibrium with their gravity and its own.
     Disc(DiscInput),
-    /// Gas at rest in the gravity of what is about its center and its own, of a temperature that is given.
+    /// Gas at rest in its own gravity and that of the bodies around its center, with a given temperature.
     Hydrostatic(HydrostaticInput),
 }
 
@@ -197,18 +197,18 @@ pub enum ProfileInput {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolytropeZone {
-    /// Index, from 0; that of the outermost zone is below 5.
+    /// Polytropic index, 0 or more; that of the outermost zone is below 5.
     #[schemars(example = 1.5)]
     pub n: f64,
-    /// Part of the body's mass within its outer boundary; the outermost has none.
+    /// Fraction of the body's mass within the outer boundary of the zone; not stated for the outermost zone.
     #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_fraction: Option<f64>,
-    /// Part of the body's radius at its outer boundary, in place of a part of the mass.
+    /// Outer boundary of the zone as a fraction of the body's radius, instead of a fraction of the mass.
     #[schemars(range(min = 0.0, max = 1.0), example = 0.2)]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_fraction: Option<f64>,
-    /// mu, 1 where it is left out: where it changes the density does in proportion.
+    /// Mean molecular weight mu, 1 by default. Where mu changes, the density changes in proportion.
     #[schemars(example = 0.6)]
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub mean_molecular_weight: f64,

@@ -15,18 +15,18 @@ const FACTOR: f64 = 8.0;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RefineInput {
-    /// Its center at the time 0; the origin by default.
+    /// Center of the sphere at the time 0; the origin by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub center: Vec<Quantity>,
-    /// Within it the resolution is that of the factor.
+    /// Radius of the sphere, within which `factor` applies.
     #[schemars(extend("x-unit" = "length"))]
     pub radius: Quantity,
     /// Width of the layer beyond the radius in which masses change; a quarter of the radius by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shell: Option<Quantity>,
-    /// Particles in the place of one: 8 halve the spacing in 3-D, 1/8 doubles it.
+    /// Number of particles that replace one: 8 halves the spacing in 3-D, 1/8 doubles it.
     #[schemars(range(min = 1e-6, max = 1e6), example = 8.0)]
     #[serde(default = "factor")]
     pub factor: f64,
@@ -34,7 +34,7 @@ pub struct RefineInput {
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub velocity: Vec<Quantity>,
-    /// The time for which the center is wanted, which is then center + velocity * time; that of the snapshot by default, else 0.
+    /// Time at which the sphere is at center + velocity * time; by default that of the snapshot, otherwise 0.
     #[schemars(extend("x-unit" = "time"))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<Quantity>,

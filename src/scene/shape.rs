@@ -28,19 +28,19 @@ pub enum ShapeInput {
     #[schemars(extend("x-aliases" = ["ellipse"]))]
     #[serde(alias = "ellipse")]
     Ellipsoid(EllipsoidInput),
-    /// All on one side of a plane or line.
+    /// The half-space on one side of a plane or line.
     #[schemars(extend("x-aliases" = ["half-plane"]))]
     #[serde(alias = "half-plane")]
     HalfSpace(HalfSpaceInput),
-    /// What a surface in a file encloses.
+    /// The interior of a surface from a file.
     Surface(SurfaceInput),
-    /// All of them together.
+    /// The union of all shapes of a list.
     #[schemars(example = serde_json::json!({"union": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Union(Vec<ShapeInput>),
-    /// What all have in common.
+    /// The intersection of all shapes of a list.
     #[schemars(example = serde_json::json!({"intersection": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Intersection(Vec<ShapeInput>),
-    /// The first without the others.
+    /// The first shape without the others.
     #[schemars(example = serde_json::json!({"difference": [{"ball": {"center": [0, 0, 0], "radius": 1}}, {"box": [[0, 0, 0], [1, 1, 1]]}]}))]
     Difference(Vec<ShapeInput>),
     /// A shape turned about a point.
@@ -56,10 +56,10 @@ pub struct BallInput {
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default)]
     pub center: Vec<Quantity>,
-    /// Half the length of an interval in 1-D.
+    /// Radius; in 1-D half the length of an interval.
     #[schemars(extend("x-unit" = "length"))]
     pub radius: Quantity,
-    /// What is within is left free: 0 by default.
+    /// Radius of the inner surface of a shell, 0 by default; no particles are placed within it.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default)]
     pub inner_radius: Quantity,
@@ -73,17 +73,17 @@ pub struct CylinderInput {
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default)]
     pub center: Vec<Quantity>,
-    /// Along which it stands.
+    /// Direction of the axis.
     #[serde(default)]
     pub axis: AxisName,
-    /// Across its axis.
+    /// Radius across the axis.
     #[schemars(extend("x-unit" = "length"))]
     pub radius: Quantity,
-    /// That of the hole in a tube; 0 by default.
+    /// Radius of the hole in a tube; 0 by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default)]
     pub inner_radius: Quantity,
-    /// Along its axis.
+    /// Length along the axis.
     #[schemars(extend("x-unit" = "length"))]
     pub length: Quantity,
 }
@@ -106,13 +106,13 @@ pub struct TorusInput {
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub center: Vec<Quantity>,
-    /// Through the hole.
+    /// Direction of the axis through the hole.
     #[serde(default)]
     pub axis: AxisName,
-    /// Of the circle.
+    /// Radius of the circle.
     #[schemars(extend("x-unit" = "length"))]
     pub radius: Quantity,
-    /// Of the tube, from the circle outward.
+    /// Radius of the tube around the circle.
     #[schemars(extend("x-unit" = "length"))]
     pub tube_radius: Quantity,
 }
@@ -125,33 +125,33 @@ pub struct EllipsoidInput {
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub center: Vec<Quantity>,
-    /// One for each axis.
+    /// Half-axes, one for each coordinate.
     #[schemars(extend("x-unit" = "length"))]
     #[schemars(example = serde_json::json!([1, 1, 0.5]))]
     pub radii: Vec<Quantity>,
 }
 
-/// All on one side of a plane or line.
+/// The half-space on one side of a plane or line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HalfSpaceInput {
-    /// Of the plane; the origin by default.
+    /// A point of the plane; the origin by default.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point: Vec<Quantity>,
-    /// Out of the half-space, of any length.
+    /// Normal of the plane that points out of the half-space, of any length.
     #[schemars(example = serde_json::json!([0, 0, 1]))]
     pub normal: Vec<f64>,
 }
 
-/// What a surface in a file encloses.
+/// The interior of a surface from a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceInput {
     /// Path, from the scene's folder: STL, OBJ or PLY.
     #[schemars(example = &"tank.stl")]
     pub file: PathBuf,
-    /// Name of the format where it cannot be told from the file.
+    /// Name of the format, if it cannot be recognized from the file.
     #[schemars(example = &"stl")]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
@@ -163,7 +163,7 @@ pub struct SurfaceInput {
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = 0.01)]
     #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub scale: Vec<f64>,
-    /// Degrees about the axes x, y and z, in this order; in 2-D one number.
+    /// Rotation about the axes x, y and z, in this order, in degrees; in 2-D one number.
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
     #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "super::yaml::one_or_many_numbers")]
     pub rotate: Vec<f64>,
@@ -173,7 +173,7 @@ pub struct SurfaceInput {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RotateInput {
-    /// Degrees about the axes x, y and z, in this order; in 2-D one number.
+    /// Rotation about the axes x, y and z, in this order, in degrees; in 2-D one number.
     #[schemars(schema_with = "super::schema::one_or_many::<f64>", example = serde_json::json!([0, 0, 30]))]
     #[serde(deserialize_with = "super::yaml::one_or_many_numbers")]
     pub by: Vec<f64>,

@@ -17,10 +17,10 @@ pub struct WvtInput {
     #[schemars(schema_with = "super::schema::optional_count", example = 60)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub iterations: Option<usize>,
-    /// How strongly a neighbor pushes, by its distance.
+    /// Weight of a neighbor's push as a function of its distance.
     #[schemars(schema_with = "super::schema::choice::<Weight>")]
     pub weight: Weight,
-    /// What is done about the kernel's smoothing of the target.
+    /// Treatment of the bias that the kernel's smoothing of the target causes.
     #[schemars(schema_with = "super::schema::choice::<Bias>")]
     pub bias: Bias,
     /// First displacement scale.
@@ -48,7 +48,7 @@ pub enum Polish {
     DampedRelaxation,
     /// Away from the closest neighbor: the naive method with which the ALARIC paper compares (its sec. 5.3).
     Afc,
-    /// Nothing.
+    /// No further method.
     None,
 }
 
@@ -80,7 +80,7 @@ impl Polish {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
-    /// A lattice: the same surroundings for every particle where the target is uniform, stretched elsewhere; preferred directions.
+    /// A lattice: every particle has the same surroundings where the target is uniform; stretched elsewhere; with preferred directions.
     Crystal,
     /// No preferred directions: shells or mass bisection, relaxed. (In the plane, relaxed particles come to form grains of the
     /// hexagonal lattice by themselves.)
@@ -122,19 +122,19 @@ pub struct AlaricInput {
     pub splittings: Option<usize>,
     /// Friction in inverse sound crossing times of the domain; 0 switches it off.
     pub friction: f64,
-    /// Whether artificial viscosity acts.
+    /// Whether artificial viscosity is included.
     pub viscosity: bool,
-    /// Whether all particles are brought to rest now and then.
+    /// Whether the velocities of all particles are set to zero repeatedly.
     pub velocity_stops: bool,
     /// Growth of the time between stops.
     pub growth: f64,
     /// Holds particles where the target changes too much over a support radius for any arrangement to follow.
     pub hold_unresolved: bool,
-    /// Whether forces have the terms for support radii that change from place to place.
+    /// Whether forces include the terms for spatially varying support radii (grad-h terms).
     pub grad_h: bool,
     /// Time step over the sound crossing time of the smallest support radius.
     pub courant: f64,
-    /// Converged when epsilon changes by less per crossing time.
+    /// Convergence criterion: the change of epsilon per crossing time is smaller than this.
     pub rate_tolerance: f64,
 }
 
@@ -160,7 +160,7 @@ impl Default for AlaricInput {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AfcInput {
-    /// Displacements of all particles.
+    /// Number of displacements of all particles.
     #[schemars(schema_with = "super::schema::count")]
     #[serde(deserialize_with = "super::count::count")]
     pub steps: usize,
@@ -189,46 +189,46 @@ impl AfcInput {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverInput {
-    /// Evaluations of density and forces; by default as many as forces get quieter by, up to 100 with 100 000 particles, more with
+    /// Number of evaluations of density and forces; by default as many as reduce the force noise, up to 100 with 100 000 particles, more with
     /// fewer particles (240) and fewer with more (30).
     #[schemars(schema_with = "super::schema::optional_count", example = 100)]
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "super::count::optional_count")]
     pub evaluations: Option<usize>,
-    /// What matters more: 0 the exact density, 1 quiet forces; by default 0.7, or what a tolerance leaves.
+    /// Priority, from 0 (exact density) to 1 (least force noise); by default 0.7, or the largest value that a tolerance admits.
     #[schemars(range(min = 0.0, max = 1.0), example = 0.7)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quietness: Option<f64>,
-    /// Whether summed densities or the places of the mass follow the target where a kernel smooths it; by default densities do, but the
-    /// mass in a `disc`, since that is what its rotation and its pressure hold, and in a box that is filled throughout where more than a
-    /// quarter of the mass would be off by more than 1 %, as of a steep atmosphere.
+    /// Whether the summed densities or the positions of the mass follow the target where a kernel smooths it. By default it is the densities,
+    /// but the mass in a `disc`, which its rotation and pressure support, and in a completely filled box where more than a quarter of the mass
+    /// would be off by more than 1 %, as in a steep atmosphere.
     #[schemars(example = &"mass")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aim: Option<AimName>,
 }
 
-/// What the density solver brings to the target.
+/// The quantity that the density solver matches to the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AimName {
-    /// The density that the kernel sums: particles lie somewhat closer together than the mass, so that smoothing makes up for it.
+    /// The summed density: particles are placed slightly closer together than the mass, to compensate for the smoothing.
     Density,
     /// The mass itself: the density is the target's smoothed by the kernel. For up to 524 288 particles in 3-D, 1 048 576 in 2-D and
     /// 2 097 152 in 1-D.
     Mass,
 }
 
-/// What is kept of a run on the way, to go on from after an interrupt, a kill or the end of its time.
+/// Checkpoints, from which a run continues after an interrupt, a kill or its time limit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CheckpointInput {
-    /// Replaced as a whole while particles are relaxed; removed once the result is written.
+    /// Checkpoint file. It is replaced as a whole during relaxation, and removed once the result is written.
     #[schemars(example = &"run.checkpoint")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// Minutes between checkpoints: no more is lost.
+    /// Minutes between checkpoints, the most that an interrupt can lose.
     #[schemars(extend("x-unit" = "min"))]
     pub minutes: f64,
-    /// Checkpoint to go on from.
+    /// Checkpoint to continue from.
     #[schemars(example = &"run.checkpoint")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resume: Option<PathBuf>,

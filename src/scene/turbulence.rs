@@ -6,11 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph_formats::UnitDimension;
 
-/// Random velocities of a spectrum, on top of those of the fields; they repeat over the domain's box.
+/// Random velocities with a given spectrum, added to those of the fields; they are periodic over the domain's box.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TurbulenceInput {
-    /// Root mean square over the mass, of motion in which the gas as a whole is at rest.
+    /// Root mean square of the velocity, weighted by mass; the gas as a whole is at rest.
     #[schemars(extend("x-unit" = "velocity"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_velocity: Option<Quantity>,
@@ -18,15 +18,15 @@ pub struct TurbulenceInput {
     #[schemars(example = 1.0)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mach: Option<f64>,
-    /// p of E(k) ~ k^-p: 5/3 by default, 2 for a gas of shocks.
+    /// Exponent p of E(k) ~ k^-p: 5/3 by default, 2 for a gas dominated by shocks.
     pub slope: f64,
-    /// Least and largest wave number, in waves across the box.
+    /// Smallest and largest wave number, in waves across the box.
     pub wavenumbers: [f64; 2],
-    /// Share of the energy in motion along the waves; 0 by default: without divergence. In 1-D there is no other.
+    /// Share of the energy in compressive motion; 0 by default, for a field without divergence. In 1-D all motion is compressive.
     #[schemars(range(min = 0.0, max = 1.0), example = 0.3)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compressive: Option<f64>,
-    /// By default that of the scene.
+    /// Seed of the random numbers; by default that of the scene.
     #[schemars(example = 1)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,

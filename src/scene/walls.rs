@@ -10,18 +10,18 @@ use sph_formats::UnitDimension;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WallsInput {
-    /// How many layers there are.
+    /// Number of layers.
     #[schemars(range(min = 1, max = 64))]
     pub layers: usize,
-    /// Between their particles; by default that of the fluid's, on average.
+    /// Spacing of the wall particles; by default the mean spacing of the fluid.
     #[schemars(extend("x-unit" = "length"))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spacing: Option<Quantity>,
-    /// What the walls hold; by default the domain of the fluid.
+    /// Region that the walls enclose; by default the domain of the fluid.
     #[schemars(example = serde_json::json!({"box": [[0, 0, 0], [1, 1, 1]]}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub around: Option<ShapeInput>,
-    /// Where there are none, as above an open tank.
+    /// Region without walls, for example above an open tank.
     #[schemars(example = serde_json::json!({"box": [[0, 0, 0], [1, 1, 1]]}))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without: Option<ShapeInput>,

@@ -26,7 +26,7 @@ pub enum Seeding {
     #[schemars(extend("x-aliases" = ["bcc"]))]
     #[serde(alias = "bcc")]
     BodyCenteredCubic,
-    /// Points of a Kronecker sequence, carried over by mass: more even than random ones.
+    /// Points of a Kronecker sequence, mapped by mass: more uniform than random points.
     LowDiscrepancy,
     /// Centroids of the tiles of an aperiodic tiling by prisms.
     Quaquaversal,
@@ -34,11 +34,11 @@ pub enum Seeding {
     Shells,
     /// Concentric shells with particles in regions of equal area.
     EqualAreaShells,
-    /// Irregular but even: a relaxed periodic box, tiled.
+    /// Irregular but uniform: a relaxed periodic box, tiled.
     Glass,
     /// The same, relaxed by reversed gravity.
     GravitationalGlass,
-    /// A simple cubic lattice of one spacing everywhere; its masses carry the density.
+    /// A simple cubic lattice of uniform spacing, whose particle masses represent the density.
     VariableMasses,
 }
 
