@@ -188,7 +188,7 @@ fn few_particles_get_more_evaluations_and_a_scene_has_its_own() {
     assert_eq!(evaluations("particles: 400\nsolver: {evaluations: 7}"), 7);
 }
 
-/// Each particle's own part in its sum is no fault of an arrangement, and no more of them mend it.
+/// The self-contribution of each particle to its sum is no fault of an arrangement, and more particles do not reduce it.
 #[test]
 fn what_more_particles_do_not_mend_is_told_apart() {
     let density = |scene: &str| {

@@ -271,7 +271,7 @@ fn the_whole_suite() {
     };
     for (d, count) in [(1, 1000), (2, 3000), (3, 5000)] {
         add(&format!("Scenes in {d}-D"), &scenes_in(d, &RELAXING, count));
-        add(&format!("Seeds in {d}-D"), &seeds_on(d, count));
+        add(&format!("Seeding in {d}-D"), &seeds_on(d, count));
     }
     add("N, neighbors and options", &ends(&[1, 2, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000]));
     let (health, unhealthy) = health::report();

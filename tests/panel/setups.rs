@@ -20,7 +20,7 @@ const NOISE_NEIGHBORS: f64 = 64.0;
 /// Pixels along an edge of a picture.
 pub const PIXELS: usize = 64;
 
-/// What follows the seed.
+/// What follows the seeding.
 #[derive(Clone, Copy)]
 pub enum Then {
     Nothing,
