@@ -206,8 +206,8 @@ fn part<const D: usize>(
     let paired = part_crowded_pairs(exchange, target, positions);
     (paired > 0).then(|| {
         format!(
-            "{paired} particles were within {PAIRED} spacings of another and were moved apart: there the density changes \
-             by more than this number of particles can resolve"
+            "{paired} particles were within {PAIRED} spacings of another and were moved apart: there the density \
+             changes by more than this number of particles can resolve"
         )
     })
 }

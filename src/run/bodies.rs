@@ -495,7 +495,7 @@ const OWN_MOTION: f64 = 1e-9;
 fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
     let own = body.stop(OWN_MOTION * orbit.velocity[0].hypot(orbit.velocity[1]))?;
     Some(format!(
-        "'{}' had a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, which is removed: the orbit sets its velocity",
+        "'{}' had a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, now removed: the orbit sets its velocity",
         body.title, own[0], own[1], own[2]
     ))
 }

@@ -120,8 +120,8 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then(|| {
         format!(
             "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its \
-             {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if the \
-             box ends there",
+             {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if \
+             the box ends there",
             ["x", "y", "z"][k],
             ratio(&[lo, hi]),
             if hi > lo { "upper" } else { "lower" }

@@ -336,8 +336,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     if report.noise.interior.is_none() && report.ledger.regions.len() > 1 {
         let text = format!(
             "{:.1} % of a random set's in the median, and every particle is within reach of a discontinuity; the \
-             discontinuity causes these forces in any arrangement of equal masses; a `resolution` with the same spacing \
-             on both sides reduces them",
+             discontinuity causes these forces in any arrangement of equal masses; a `resolution` with the same \
+             spacing on both sides reduces them",
             100.0 * report.noise.median
         );
         say(grade(report.noise.median, 0.05, f64::INFINITY), Topic::ForceNoise, text);
