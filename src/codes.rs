@@ -55,14 +55,11 @@ const fn other(name: &'static str) -> Scheme {
 
 /// Radius of a kernel in the smoothing lengths that it is usually written in (Price 2012, J. Comput. Phys. 231, 759).
 fn usual_radius(kernel: KernelName) -> f64 {
+    use KernelName::{CubicSpline, Quartic, Quintic, Sinc6, WendlandC2, WendlandC4, WendlandC6};
     match kernel {
-        KernelName::Quartic => 2.5,
-        KernelName::Quintic => 3.0,
-        KernelName::CubicSpline
-        | KernelName::WendlandC2
-        | KernelName::WendlandC4
-        | KernelName::WendlandC6
-        | KernelName::Sinc6 => 2.0,
+        CubicSpline | WendlandC2 | WendlandC4 | WendlandC6 | Sinc6 => 2.0,
+        Quartic => 2.5,
+        Quintic => 3.0,
     }
 }
 

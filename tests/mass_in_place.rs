@@ -303,12 +303,12 @@ fn a_thin_layer_is_seen_and_has_its_mass() {
     for middle in first(1, [0.617, 0.3, 0.5]) {
         let scene = format!(
             "input: {{expression: 'if(abs(z - {middle}) < 0.0005, 3000, 1)'}}\n\
-             domain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}}\nparticles: 2000\n"
+             domain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}}\nparticles: 1200\n"
         );
         let (positions, report) = run(&scene).unwrap();
         assert!((report.mass.total - 3.999).abs() < 1e-6, "{middle}: {:?}", report.mass);
         let within = positions.iter().filter(|x| (x[2] - middle).abs() < 0.0005).count() as f64;
-        assert!((within - 2000.0 * 3.0 / 3.999).abs() <= 1.0, "{middle}: {within}");
+        assert!((within - 1200.0 * 3.0 / 3.999).abs() <= 1.0, "{middle}: {within}");
         assert!(report.ledger.in_place > 0.9, "{middle}: {:?}", report.ledger);
         let smoothed = report.density_error.smoothed.unwrap();
         assert!(smoothed.mean < 0.05, "{middle}: {smoothed:?}");

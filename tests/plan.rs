@@ -210,7 +210,7 @@ fn the_solver_ends_where_more_evaluations_gain_little() {
         "input: {expression: '1 + 0.5*sin(2*pi*x)'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
     for scene in ["input: {file: profiles/star.nc}\n", wave] {
         let solved = |rest: &str| {
-            let (report, _) = run(&format!("{scene}particles: 2000\n{rest}"));
+            let (report, _) = run(&format!("{scene}particles: 1200\n{rest}"));
             let solver = report.stages.iter().find(|s| s.stage.name == "solver").unwrap();
             (solver.stop, solver.history.last().unwrap().iteration, report.noise.interior.unwrap())
         };

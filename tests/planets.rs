@@ -54,7 +54,7 @@ fn a_planet_carries_its_materials_and_the_pressure_of_their_equations() {
 /// Granite and basalt hardly differ in density: a shell of particles could reach from one into the other.
 #[test]
 fn layers_of_nearly_one_density_have_their_masses() {
-    for (n, seeding) in [(300, "shells"), (3000, "shells"), (1000, "mass-bisection")] {
+    for (n, seeding) in [(300, "shells"), (1500, "shells"), (500, "mass-bisection")] {
         let (file, _) = run(&format!(
             "input: {{profile: {{planet: {{mass: 0.1 Mearth, surface_temperature: 300 K, layers: [
                 {{material: tillotson-granite, mass_fraction: 0.6}}, {{material: tillotson-basalt}}]}}}}}}

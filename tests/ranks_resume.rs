@@ -1,6 +1,7 @@
 //! Checkpoints of several ranks: whatever ends a run, it goes on from the last, with as many ranks to the bit, or with others.
 
 use crate::cli::support::Folder;
+use crate::in_turn::few;
 use crate::ranks::{CLOUD, GAUSSIAN, UNIFORM, on};
 use sph::exchange::{Exchange, together};
 use sph_formats::FORMATS;
@@ -81,7 +82,7 @@ fn has_come(event: Event, (name, at): Place) -> bool {
 #[test]
 fn ranks_go_on_to_the_bit_where_they_were_interrupted() {
     for text in [UNIFORM, GAUSSIAN] {
-        let mut work = Work::new(text);
+        let mut work = Work::new(&few(text));
         work.run(3, None).into_iter().for_each(|report| drop(report.unwrap()));
         let expected = work.bytes();
         assert!(work.kept().is_empty(), "a finished run leaves no checkpoint: {:?}", work.kept());
@@ -107,7 +108,7 @@ fn ranks_go_on_to_the_bit_where_one_died() {
     for (text, lost, place) in
         [(UNIFORM, 1, ("wvt", 4)), (GAUSSIAN, 0, ("solver", 7)), (CLOUD, 2, ("wvt", 2)), (CLOUD, 0, ("solver", 11))]
     {
-        let mut work = Work::new(text);
+        let mut work = Work::new(&few(text));
         work.run(3, None).into_iter().for_each(|report| drop(report.unwrap()));
         let expected = work.bytes();
         std::fs::remove_file(work.folder.path("out/ic.hdf5")).unwrap();
@@ -128,10 +129,10 @@ fn ranks_go_on_to_the_bit_where_one_died() {
 fn another_number_of_ranks_goes_on_with_the_particles() {
     let stops = [(UNIFORM, ("wvt", 7), (3, 2)), (GAUSSIAN, ("solver", 15), (2, 1)), (CLOUD, ("solver", 15), (1, 4))];
     for (text, place, (earlier, later)) in stops {
-        let mut whole = Work::new(text);
+        let mut whole = Work::new(&few(text));
         whole.scene.checkpoint.file = None;
         let whole = whole.run(3, None).remove(0).unwrap();
-        let work = Work::new(text);
+        let work = Work::new(&few(text));
         work.run(earlier, Some((0, place))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
         let resumed = work.resumed();
         let report = resumed.run(later, None).remove(0).unwrap();
@@ -147,7 +148,7 @@ fn another_number_of_ranks_goes_on_with_the_particles() {
 #[test]
 fn what_time_cuts_short_is_kept() {
     for text in [UNIFORM, CLOUD] {
-        let mut work = Work::new(text);
+        let mut work = Work::new(&few(text));
         work.scene.output.on_interrupt = sph_prep::scene::OnInterrupt::Write;
         let report = work.run(3, Some((1, ("solver", 10)))).remove(0).unwrap();
         assert_eq!(report.stop, StopReason::Interrupted);
@@ -162,7 +163,7 @@ fn what_time_cuts_short_is_kept() {
 #[test]
 fn what_could_not_be_kept_is_told() {
     for ranks in [1, 3] {
-        let work = Work::new(UNIFORM);
+        let work = Work::new(&few(UNIFORM));
         let ended = on(ranks, |exchange| {
             let interrupted = AtomicBool::new(false);
             let observer = |event: Event| {
@@ -187,7 +188,7 @@ fn what_could_not_be_kept_is_told() {
 /// One rank that goes on from the parts of several leaves none of them behind.
 #[test]
 fn parts_are_removed_by_a_run_without_ranks() {
-    let work = Work::new(UNIFORM);
+    let work = Work::new(&few(UNIFORM));
     work.run(3, Some((0, ("wvt", 3)))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
     let resumed = work.resumed();
     resumed.run(1, Some((0, ("solver", 3)))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
@@ -197,7 +198,7 @@ fn parts_are_removed_by_a_run_without_ranks() {
 /// Damaged, missing and foreign parts are named, and so is a checkpoint of another run; the ranks all end.
 #[test]
 fn parts_that_do_not_belong_are_refused() {
-    let work = Work::new(UNIFORM);
+    let work = Work::new(&few(UNIFORM));
     work.run(3, Some((0, ("wvt", 3)))).into_iter().for_each(|ended| drop(ended.unwrap_err()));
     let kept = work.kept();
     let original: Vec<Vec<u8>> = kept.iter().map(|path| std::fs::read(path).unwrap()).collect();

@@ -84,7 +84,7 @@ fn a_surface_of_a_file_is_filled_with_its_mass() {
     let triangles = lumpy(20);
     write_stl(&path, &triangles);
     let base = format!(
-        "particles: 300\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\ninput: {{file: '{}', ",
+        "particles: 120\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\ninput: {{file: '{}', ",
         path.display()
     );
     let expected = volume(&triangles);
@@ -107,7 +107,7 @@ fn a_surface_of_a_file_is_filled_with_its_mass() {
         })
         .sum();
     let text = format!(
-        "particles: 300\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\ninput: {{expression: 'x^2', dimension: 3}}\ndomain: {{surface: {{file: '{}'}}}}",
+        "particles: 120\npolish: none\nwvt: {{iterations: 0}}\noutput: {{units: code}}\ninput: {{expression: 'x^2', dimension: 3}}\ndomain: {{surface: {{file: '{}'}}}}",
         path.display()
     );
     let (file, _) = placed(&text);

@@ -121,9 +121,9 @@ pub(super) fn of_content(scene: &Scene, content: FileContent) -> Result<RawInput
     }
 }
 
-/// What is said where a snapshot's box does not count as periodic.
-const ALONE: &str = "the box of the file counts as open, since no particle is near its faces: the body is alone there, which many files do not say; \
-                     `--boundary periodic` keeps the box as it is";
+/// The note where the box of a snapshot is not taken as periodic.
+const ALONE: &str = "the box of the file is treated as open, because no particle is near its faces, and many files do not state whether their box is \
+                     periodic; `--boundary periodic` keeps the box";
 
 /// Takes what the scene says of the faces of a snapshot's own box for what the file says: open axes end with the particles. What it says of
 /// each axis.

@@ -415,7 +415,7 @@ impl Common {
             let apart = relative.position[0].hypot(relative.position[1]);
             if !(apart > contact) {
                 let problem = format!(
-                    "is {axis:.6e}, inside of contact: in the beginning the centers are {apart:.6e} apart, and the bodies touch at \
+                    "is {axis:.6e}, which is too small: at the start the centers are {apart:.6e} apart, and the bodies touch at \
                      {contact:.6e}; choose more, or another phase"
                 );
                 return Err(Error::scene("orbit.semi_major_axis", problem));

@@ -127,7 +127,7 @@ mod tests {
         // A parabola's pericenter is h^2 / (2 G M).
         assert!((orbit.pericenter - momentum(&orbit).powi(2) / (2.0 * strength)).abs() < 1e-13);
         let inside = encounter(strength, contact, speed, sine, 1.9).unwrap_err().to_string();
-        assert!(inside.contains("inside of contact") && inside.contains("orbit.distance"), "{inside}");
+        assert!(inside.contains("too small") && inside.contains("orbit.distance"), "{inside}");
         let slow = encounter(strength, contact, 0.5 * speed, sine, 9.0).unwrap_err().to_string();
         assert!(slow.contains("farther than"), "{slow}");
     }

@@ -24,7 +24,7 @@ fn the_command_prints_a_table_a_verdict_and_a_page() {
     assert_eq!(parsed["states"].as_array().unwrap().len(), 6);
     let early = run(&["--duration", "1000", "--time-limit", "1"]);
     assert_eq!(early.code, Some(3), "{early:?}");
-    assert!(early.stdout.contains("ended early"));
+    assert!(early.stdout.contains("stopped early"));
     let at_once = run(&["--time-limit", "0"]);
     assert!(at_once.code == Some(3) && at_once.stdout.contains("unknown"), "{at_once:?}");
     let settled = folder.path("settled.hdf5").display().to_string();

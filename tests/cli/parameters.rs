@@ -8,7 +8,7 @@ use sph_prep::FORMATS;
 
 const PROFILES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles");
 /// A uniform periodic box; `SCENE` stands for what is added.
-pub(super) const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 1000\noutput: {units: code}\n";
+pub(super) const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 300\noutput: {units: code}\n";
 
 /// Places a scene for a code; the report, and how its parameter files begin.
 pub(super) fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), more: &[&str]) -> Outcome {
@@ -45,7 +45,7 @@ fn read_index(folder: &Folder, name: &str) -> f64 {
 fn matter_of_pure_numbers_attracts_itself_where_the_scene_says_so() {
     let folder = Folder::new();
     let scene = profile("evrard");
-    place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "500"]);
+    place(&folder, &scene, ("swift", "ic.hdf5"), &["-n", "300"]);
     let yml = text(&folder, "ic.yml");
     assert!(yml.contains("swift --hydro --limiter --self-gravity") && number(&yml, "G:") == 1.0, "{yml}");
     // What rests needs no adaptive gravity; what leaves an open box is deleted.
@@ -53,14 +53,14 @@ fn matter_of_pure_numbers_attracts_itself_where_the_scene_says_so() {
     // Mass and radius are 1, less what 500 particles leave of the outermost layer: half a spacing, (4 pi/3/500)^(1/3)/2 = 0.1, or
     // more where it is thinner; and sqrt(0.8^3) = 0.72.
     assert!((7.0..=10.0).contains(&number(&yml, "time_end")), "{yml}");
-    place(&folder, &scene, ("gadget4", "ic.hdf5"), &["-n", "500"]);
+    place(&folder, &scene, ("gadget4", "ic.hdf5"), &["-n", "300"]);
     assert_eq!(number(&text(&folder, "ic.param"), "GravityConstantInternal"), 1.0);
     assert!(lines(&text(&folder, "ic.Config.sh")).contains(&"SELFGRAVITY"));
     let other = "input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}\nparticles: 300\nbalance: {constant: 4}\noutput: {units: code}\n";
     place(&folder, other, ("swift", "ic.hdf5"), &[]);
     assert_eq!(number(&text(&folder, "ic.yml"), "G:"), 4.0);
     // Nothing says that a density in pure numbers attracts itself.
-    place(&folder, &profile("planet"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    place(&folder, &profile("planet"), ("swift", "ic.hdf5"), &["-n", "300"]);
     let yml = text(&folder, "ic.yml");
     assert!(!yml.contains("--self-gravity") && !yml.contains("Gravity:"), "{yml}");
 }
@@ -367,7 +367,7 @@ fn what_a_code_does_not_know_is_said() {
         ("wendland-c2", "--with-kernel=wendland-C2\n"),
         ("wendland-c4,eta=1.1239", "--with-kernel=wendland-C4 --disable-hand-vec\n"),
     ] {
-        place(&folder, &profile("uniform-3d"), (&format!("swift:{kernel}"), "kernel.hdf5"), &["-n", "1000"]);
+        place(&folder, &profile("uniform-3d"), (&format!("swift:{kernel}"), "kernel.hdf5"), &["-n", "300"]);
         let yml = text(&folder, "kernel.yml");
         assert!(
             yml.contains(&format!("swift --hydro --limiter --threads=N kernel.yml, configured with {options}")),

@@ -105,7 +105,7 @@ fn an_energy_that_cannot_be_reduced_is_said_to_be_so() {
             .concat(),
             [
                 "'ener' is internal and kinetic",
-                "it is negative at 210 of 210 places",
+                "it is negative at 210 of 210 positions",
                 "map the internal energy, a pressure",
             ],
         ),

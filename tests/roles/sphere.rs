@@ -113,7 +113,7 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
     let (file, report) = run(&path, "");
     assert!((velocity(&file) / 700.0 - 1.0).abs() < 1e-12, "{}", velocity(&file));
     assert!(
-        report.warnings.iter().any(|w| w.contains("'vx' states no unit") && w.contains("SI")),
+        report.warnings.iter().any(|w| w.contains("'vx' states no known unit") && w.contains("SI")),
         "{:?}",
         report.warnings
     );
@@ -132,7 +132,7 @@ fn a_velocity_without_a_unit_is_in_the_coherent_units_of_the_input_or_warned_of(
     write("km", "g/cm^3");
     let (_, report) = run(&path, "");
     assert!(
-        report.warnings.iter().any(|w| w.contains("'vx' states no unit") && w.contains("as they stand")),
+        report.warnings.iter().any(|w| w.contains("'vx' states no unit that is known") && w.contains("as they stand")),
         "{:?}",
         report.warnings
     );

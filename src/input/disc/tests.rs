@@ -194,7 +194,7 @@ fn what_is_no_disc_is_refused() {
     let wide = text(Gas::new((law("1/R", ratio("0.1"), [1.0, 1.2]), about()), 1e-6, 1.25, (false, None)));
     assert!(wide.contains("edge_width") && wide.contains("as wide as the disc"), "{wide}");
     let pushed = text(Gas::new((law("R^-90", ratio("0.15"), [0.5, 2.0]), about()), 1e-6, 0.0, (false, None)));
-    assert!(pushed.contains("pressure pushes harder"), "{pushed}");
+    assert!(pushed.contains("pressure force exceeds gravity"), "{pushed}");
     let negative = law("1 - R", ratio("0.1"), [0.5, 2.0]).check().unwrap_err().to_string();
     assert!(negative.contains("surface_density") || negative.contains("disc"), "{negative}");
     assert!(negative.contains("expected a positive number"), "{negative}");
