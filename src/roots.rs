@@ -3,6 +3,15 @@
 /// Narrowings of a bracket; each halves it at least every fourth time.
 const MOST_STEPS: usize = 200;
 
+/// The two ends of the interval within which `is_before` changes from true to false, after so many halvings.
+pub(crate) fn bisect(is_before: impl Fn(f64) -> bool, [mut low, mut high]: [f64; 2], halvings: usize) -> [f64; 2] {
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        if is_before(middle) { low = middle } else { high = middle }
+    }
+    [low, high]
+}
+
 /// Where a function goes from negative (`low`) to positive (`high`), each with its value: regula falsi with halved weights
 /// (Illinois), and bisection where that is slow.
 pub(crate) fn root(function: &dyn Fn(f64) -> f64, low: (f64, f64), high: (f64, f64)) -> f64 {

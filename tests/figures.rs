@@ -1,4 +1,4 @@
-//! The figures of the manual's page `measured.md`, measured again. A nightly run takes them in one command:
+//! The figures of the README and of the manual's page `measured.md`, measured again. A nightly run takes them in one command:
 //!
 //! ```sh
 //! cargo test --release --test all -- --ignored --nocapture figures::
@@ -97,7 +97,6 @@ fn errors() -> Vec<Row> {
 }
 
 fn run(file: &Path, count: usize, rest: &str) -> Report {
-    let folder = tempfile::tempdir().unwrap();
     let is_scene = file.extension().is_some_and(|e| e == "yaml");
     let text = if is_scene {
         let scene = std::fs::read_to_string(file).unwrap();
@@ -105,7 +104,12 @@ fn run(file: &Path, count: usize, rest: &str) -> Report {
     } else {
         format!("input: {{file: '{}'}}\n", file.display())
     };
-    let mut scene = Scene::parse(&format!("{text}particles: {count}\n{rest}\n")).unwrap();
+    placed(&format!("{text}{rest}\n"), count)
+}
+
+fn placed(text: &str, count: usize) -> Report {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = Scene::parse(&format!("{text}particles: {count}\n")).unwrap();
     scene.output.file = Some(folder.path().join("ic.hdf5"));
     let never = AtomicBool::new(false);
     let control = Control { deadline: None, interrupted: &never, observer: &|_| {} };
@@ -178,6 +182,44 @@ fn forces_on_stars_at_rest_are_those_of_the_manual() {
             println!("{} with {count}, {rest}: {:.2} %", star.display(), 100.0 * found);
             wrong.extend(differs(rest, number(cell), found, MEANS));
         }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The problems of the README's table, as `cargo bench --bench peers` has them.
+fn problem(name: &str) -> &'static str {
+    match name {
+        "n = 1.5 polytrope" => "input: {file: profiles/polytrope-1.5.nc}\n",
+        "constant" => "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n",
+        "uniform sphere" => "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\n",
+        _ => panic!("the README has a problem '{name}'"),
+    }
+}
+
+/// The number between the first `before` and the next `after`.
+fn between(text: &str, before: &str, after: &str) -> Option<f64> {
+    text.split(before).nth(1)?.split(after).next()?.trim().parse().ok()
+}
+
+#[test]
+#[ignore = "a minute"]
+fn figures_of_the_readme_are_found_again() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let rows = readme.lines().skip_while(|l| !l.starts_with("| problem | N |")).skip(2);
+    let mut wrong = Vec::new();
+    for line in rows.take_while(|l| l.starts_with('|')) {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let count = cells[1].replace(' ', "").parse().unwrap();
+        let scene = format!("{}kernel: wendland-c6\nneighbors: 295\n", problem(cells[0]));
+        let found = 100.0 * placed(&scene, count).density_error.stated().mean;
+        println!("{} with {count}: {found:.4} %", cells[0]);
+        wrong.extend(differs(line, between(cells[2], "default: ", " %"), found, MEANS));
+    }
+    let report = placed("input: {file: profiles/star.nc}\n", 100_000).text();
+    for (before, after) in [("closest are ", " "), ("force noise    ", " %"), ("net force of ", " %")] {
+        let [stated, found] = [&readme, &report].map(|text| between(text, before, after));
+        println!("{before}{found:?}");
+        wrong.extend(differs(before, Some(stated.unwrap()), found.unwrap(), MEANS));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

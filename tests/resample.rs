@@ -91,8 +91,7 @@ fn densities_of_other_units_than_the_masses_are_told() {
         column.values = Values::F64(column.values.to_f64().iter().map(|rho| factor * rho).collect());
         let mut scene = Scene::parse("particles: 1000\npolish: none\nwvt: {iterations: 0}").unwrap();
         scene.input.file = Some(written(folder.path(), name, &file));
-        scene.output.file = Some(folder.path().join("out.hdf5"));
-        let report = pipeline::run(&scene, FORMATS, &Control::default()).unwrap();
+        let report = pipeline::forecast(&scene, FORMATS, &Control::default()).unwrap();
         let told = report.warnings.iter().filter(|w| w.contains("1.0e5 times the mass of its particles")).count();
         assert_eq!(told, usize::from(is_told), "{name}: {:?}", report.warnings);
     }
@@ -551,7 +550,7 @@ fn numbers_without_units_are_pure_or_in_the_scenes_units() {
     let mut scene =
         Scene::parse(&format!("{scene}input: {{length_unit: kpc, density_unit: 1e10 Msun/kpc^3}}\n")).unwrap();
     scene.input.file = Some(folder.path().join("plain.hdf5"));
-    let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+    let report = pipeline::forecast(&scene, FORMATS, &Control::default()).unwrap();
     assert!(report.warnings.iter().any(|w| w.contains("say nothing of time")), "{:?}", report.warnings);
 }
 
@@ -563,7 +562,7 @@ fn a_snapshot_of_an_expanding_box_is_warned_about() {
     let warned = |name: &str, file: &ParticleFile| {
         let mut scene = Scene::parse(scene).unwrap();
         scene.input.file = Some(written(folder.path(), name, file));
-        let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+        let report = pipeline::forecast(&scene, FORMATS, &Control::default()).unwrap();
         report.warnings.iter().any(|w| w.contains("cosmological run"))
     };
     assert!(!warned("still.hdf5", &file));
@@ -576,6 +575,6 @@ fn a_snapshot_of_an_expanding_box_is_warned_about() {
     std::fs::write(&path, bytes).unwrap();
     let mut scene = Scene::parse(scene).unwrap();
     scene.input.file = Some(path);
-    let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
+    let report = pipeline::forecast(&scene, FORMATS, &Control::default()).unwrap();
     assert!(report.warnings.iter().any(|w| w.contains("cosmological run")), "{:?}", report.warnings);
 }

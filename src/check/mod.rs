@@ -212,7 +212,7 @@ pub(crate) fn support<const D: usize>(
     size: f64,
     domain: &Domain<D>,
 ) -> Vec<f64> {
-    let mean = (domain.volume() / table.count as f64).powf(1.0 / D as f64);
+    let mean = domain.mean_spacing(table.count);
     let columns = table.column(names::MASSES).zip(table.column(names::DENSITY));
     let spacing = |i: usize| {
         let own = columns.map(|(m, d)| (m.values.get(i) / d.values.get(i)).powf(1.0 / D as f64) / size);

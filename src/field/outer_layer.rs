@@ -7,6 +7,7 @@
 
 use super::outline::{Ends, share};
 use crate::error::Result;
+use crate::roots::bisect;
 use sph::{parallel, reduce};
 
 /// Spacings from the surface up to which the second factor counts, less and less.
@@ -82,14 +83,11 @@ impl Balance {
             return if inside > 0.0 && inside.is_finite() { Self::Contradicted(1.0 / inside) } else { Self::Unknown };
         }
         let lacks = |log: f64| inside * sum(field, &|depth| (log * towards_surface(depth)).exp()) < total;
-        let (mut lo, mut hi) = (-LARGEST.ln(), LARGEST.ln());
+        let ends @ [lo, hi] = [-LARGEST.ln(), LARGEST.ln()];
         if lacks(hi) || !lacks(lo) {
             return Self::Unknown;
         }
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (lo + hi);
-            if lacks(middle) { lo = middle } else { hi = middle }
-        }
+        let [lo, hi] = bisect(lacks, ends, HALVINGS);
         Self::Kept(LayerFactors { inside, outside: (0.5 * (lo + hi)).exp() })
     }
 

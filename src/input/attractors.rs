@@ -40,7 +40,7 @@ pub(crate) fn find(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> R
     for (i, attractor) in scene.gravity_of.iter().enumerate() {
         let key = format!("gravity_of[{i}]");
         if let Some(mass) = &attractor.point_mass {
-            let conversion = units.into_input();
+            let conversion = units.to_input();
             let mass = mass.value(&format!("{key}.point_mass"), UnitDimension::MASS, &conversion)?;
             let radius = attractor.softening_radius.as_ref();
             let radius = radius
@@ -117,7 +117,7 @@ fn sphere(scene: &Scene, formats: &[FormatSpec], units: &RunUnits) -> Result<Att
         return Err(Error::scene("input.dimension", format!("is {dimension}, expected 3: it attracts a body in 3-D")));
     }
     let source = ingest::source::<3>(scene, formats, raw, &own)?.source;
-    let source = factor::apply(scene, source, &own.into_input())?;
+    let source = factor::apply(scene, source, &own.to_input())?;
     let Some(sphere) = spherical(&source) else { return Ok(left) };
     let mass = match source.mass {
         Some(mass) => mass,

@@ -26,7 +26,7 @@ pub(crate) fn others(
     let Some(path) = &scene.input.others else { return Ok(None) };
     let wrong = |problem: &str| Error::scene(KEY, format!("'{}' {problem}", path.display()));
     let file = read(formats, path)?.ok_or_else(|| wrong("is no particle file"))?;
-    let own = units.into_input();
+    let own = units.to_input();
     let mut notes = Vec::new();
     let has_units = file.header.units != UnitSystem::CODE;
     let system = match (has_units, own.from) {

@@ -177,7 +177,7 @@ impl<const D: usize> Displacement<D> {
         let square = |i: usize| all[i].0.0.iter().map(|c| c * c).sum::<f64>();
         let rms = (reduce::sum(n, square) / n.max(1) as f64).sqrt();
         let most = reduce::max(n, square).max(0.0).sqrt();
-        let spacing = (domain.volume() / n.max(1) as f64).powf(1.0 / D as f64);
+        let spacing = domain.mean_spacing(n.max(1));
         let (thin, dense) =
             all.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), (_, j)| (a.min(1.0 / j), b.max(1.0 / j)));
         let unsampled = match &self.kind {

@@ -7,7 +7,6 @@
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, RadialSource, ScalarField, probes};
 use crate::input::body_materials::BodyMaterials;
-pub use crate::input::constants::GRAVITATIONAL_CONSTANT;
 use crate::input::constants::gravity_in_cgs;
 use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
@@ -401,7 +400,7 @@ fn pressure<'a, const D: usize>(
 ) -> Result<Option<Pressure<'a, D>>> {
     let units_known = units.input.is_some();
     if let Some(state) = &options.equation_of_state {
-        if let Some((constant, gamma)) = state.power_law(&units.into_cgs())? {
+        if let Some((constant, gamma)) = state.power_law(&units.to_cgs())? {
             let constant = constant * scale.density.powf(gamma) / scale.pressure;
             return Ok(Some(Pressure::Power { constant, gamma }));
         }

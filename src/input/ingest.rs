@@ -239,7 +239,7 @@ pub fn source<const D: usize>(
     mut raw: RawInput,
     units: &RunUnits,
 ) -> Result<Ingested<D>> {
-    let conversion = &units.into_input();
+    let conversion = &units.to_input();
     let walls = boundaries::<D>(&scene.domain)?;
     let mut options = field_options(scene, &walls, conversion)?;
     let variables = match &mut raw {

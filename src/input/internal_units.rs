@@ -102,8 +102,8 @@ impl<const D: usize> Prepared<D> {
             raw => ingest::source::<D>(scene, formats, raw, units)?,
         };
         let Ingested { source, variables, input_mass, of_snapshot } = ingested;
-        let (source, doubts) = fields::attach((scene, formats), source, &units.into_input())?;
-        let source = factor::apply(scene, source, &units.into_input())?;
+        let (source, doubts) = fields::attach((scene, formats), source, &units.to_input())?;
+        let source = factor::apply(scene, source, &units.to_input())?;
         let (mut source, core) = core::attach(scene, source, units)?;
         // What the point takes is no gas.
         let replaced = core.filter(|_| scene.input.core.as_ref().is_some_and(|c| c.gas != CoreGas::Keep));
@@ -128,10 +128,10 @@ impl<const D: usize> Prepared<D> {
         }
         let length = source.domain.size();
         let density = density_factor::<D>(mass.value, length)?;
-        let resolution = ingest::resolution(scene, formats, &source.domain, &units.into_input())?;
+        let resolution = ingest::resolution(scene, formats, &source.domain, &units.to_input())?;
         let mut resolution = resolution.map(|field| in_units_of(length, field));
         let time = sampled.as_ref().map_or(0.0, |s| s.time);
-        let of_scene = |r| Refinement::new(r, &source.domain, &units.into_input(), time);
+        let of_scene = |r| Refinement::new(r, &source.domain, &units.to_input(), time);
         let refinement = scene.refine.as_ref().map(of_scene).transpose()?;
         let sampled = sampled.zip(refinement.as_ref()).filter(|_| resolution.is_none());
         let mean_factor = sampled.map(|(sampled, refinement)| sampled.mean_factor(refinement));

@@ -1,7 +1,7 @@
 //! Converts a scene's input to the source that relaxation aims at: files and expressions, particles of another run, units, the atmosphere that is
 //! removed, and the hydrostatics of the body.
 
-pub mod atmosphere;
+pub(crate) mod atmosphere;
 mod attractors;
 mod beside;
 pub(crate) mod body_materials;
@@ -16,8 +16,8 @@ pub(crate) mod fields;
 mod formula;
 mod from_spacing;
 mod halo;
-pub mod hydrostatics;
-pub mod ingest;
+pub(crate) mod hydrostatics;
+pub(crate) mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
@@ -28,14 +28,14 @@ pub(crate) mod shapes;
 pub(crate) mod slips;
 pub(crate) mod solenoidal;
 mod spherical;
-pub mod stated_units;
+pub(crate) mod stated_units;
 pub(crate) mod support;
 mod surfaces;
 pub(crate) mod surroundings;
 pub(crate) mod thermal;
 pub(crate) mod totals;
 pub(crate) mod turbulence;
-pub mod units;
+pub(crate) mod units;
 mod waves;
 mod way;
 mod weight;

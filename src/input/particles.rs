@@ -328,7 +328,7 @@ impl Snapshot {
         let wrapped: Vec<[f64; D]> = points.iter().map(|p| domain.wrapped(&sph::array(|k| p[k]))).collect();
         let positions = std::array::from_fn(|k| wrapped.iter().map(|p| p[k]).collect());
         let neighbors = default_kernel_neighbors(D);
-        let spacing = (domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
+        let spacing = domain.mean_spacing(masses.len());
         let guess = support_guess::<D>(neighbors, masses.len(), |_| spacing);
         let measured = Measured::new(KernelName::default(), &domain, &positions, masses, &guess, neighbors);
         Ok(measured.sums.iter().map(|s| s.weighted).collect())

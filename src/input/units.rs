@@ -77,21 +77,21 @@ impl RunUnits {
     }
 
     /// To the input's numbers, in which domains are.
-    pub fn into_input(&self) -> Conversion {
+    pub fn to_input(self) -> Conversion {
         let to = self.input.map(|units| units.system()).or(self.scene);
         self.conversion(to.unwrap_or(UnitSystem::CODE))
     }
 
     /// To the numbers of the output.
-    pub fn into_output(&self, out: &UnitSystem) -> Conversion {
+    pub fn to_output(self, out: &UnitSystem) -> Conversion {
         self.conversion(*out)
     }
 
     /// To cgs, or to the input's numbers where it has no units.
-    pub fn into_cgs(&self) -> Conversion {
+    pub fn to_cgs(self) -> Conversion {
         match self.input {
             Some(_) => self.conversion(UnitSystem::cgs()),
-            None => self.into_input(),
+            None => self.to_input(),
         }
     }
 
@@ -121,8 +121,8 @@ mod tests {
     #[test]
     fn plain_numbers_are_the_inputs_for_all_keys_alike() {
         let run = units(None, Some("solar"), Some(CGS));
-        assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 1.0);
-        let out = run.into_output(&UnitSystem::solar());
+        assert_eq!(run.to_input().factor(UnitDimension::LENGTH), 1.0);
+        let out = run.to_output(&UnitSystem::solar());
         assert!((out.factor(UnitDimension::LENGTH) * 6.957e10 - 1.0).abs() < 1e-14);
         // One cm/s in units of sqrt(G Msun / Rsun).
         let speed = 1.0 / out.factor(UnitDimension::VELOCITY);
@@ -132,23 +132,23 @@ mod tests {
     #[test]
     fn the_scene_may_state_others() {
         let run = units(Some("solar"), None, Some(CGS));
-        assert_eq!(run.into_input().factor(UnitDimension::LENGTH), 6.957e10);
-        assert_eq!(run.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
+        assert_eq!(run.to_input().factor(UnitDimension::LENGTH), 6.957e10);
+        assert_eq!(run.to_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
     }
 
     #[test]
     fn numbers_without_units_stay_as_they_are() {
         for output in [None, Some("code"), Some("solar")] {
             let run = units(None, output, None);
-            for conversion in [run.into_input(), run.into_cgs()] {
+            for conversion in [run.to_input(), run.to_cgs()] {
                 assert_eq!(conversion.factor(UnitDimension::VELOCITY), 1.0, "{output:?}");
             }
         }
         let named = units(None, Some("solar"), None);
-        assert_eq!(named.into_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
+        assert_eq!(named.to_output(&UnitSystem::solar()).factor(UnitDimension::VELOCITY), 1.0);
         // What the output calls its numbers says what a unit in the scene is worth.
-        assert!(named.into_input().from.is_some());
-        assert!(units(None, Some("code"), None).into_input().from.is_none());
+        assert!(named.to_input().from.is_some());
+        assert!(units(None, Some("code"), None).to_input().from.is_none());
     }
 
     #[test]

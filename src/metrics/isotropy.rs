@@ -182,7 +182,7 @@ mod tests {
     fn order<const D: usize>(extent: [f64; D], x: &Positions<D>) -> BondOrder {
         let domain = Domain::new([0.0; D], extent, [Axis::Periodic; D], Region::Box).unwrap();
         let n = x[0].len();
-        let guess = vec![2.5 * (domain.volume() / n as f64).powf(1.0 / D as f64); n];
+        let guess = vec![2.5 * domain.mean_spacing(n); n];
         let neighbors = default_kernel_neighbors(D);
         let measured = Measured::new(KernelName::WendlandC4, &domain, x, &vec![1.0; n], &guess, neighbors);
         BondOrder::new(&measured, &domain).unwrap()

@@ -1,7 +1,7 @@
 //! The measure that decides whether a stage's result is accepted: the same as at the end of a run, over all particles.
 
 use super::smoothed::{Looking, smoothed_densities};
-use super::{DensityError, Ledger, LedgerFigures, LedgerLevel, Measured, NoiseFigures};
+use super::{DensityError, Ledger, LedgerFigures, LedgerLevel, Measured, NoiseFigures, RegionFigures};
 use crate::target::{Positions, Target, at};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::{KernelName, support_over_spacing};
@@ -53,6 +53,8 @@ const EPSILON_LOSS_FOR_GAIN: f64 = LOSS_FOR_GAIN * LOSS_FOR_GAIN;
 const CONTACTS_LOSS: f64 = 1.15;
 const EPSILON_LOSS: f64 = 1.5;
 const LITTLE: f64 = 1e-3;
+/// What is no better than this part of an earlier figure is as it was.
+const SEEN: f64 = 0.98;
 const LITTLE_EPSILON: f64 = 1e-6;
 const MUCH_NOISE: f64 = 0.3;
 /// Noise may grow by a fourth in any case. Where it is more than that of a random set from the first, as about a surface that few
@@ -170,6 +172,24 @@ impl Quality {
         both.is_some_and(|(now, before)| before > LITTLE && now < GAIN * before)
     }
 
+    /// Whether some figure is better than that of an earlier arrangement, by more than it takes to see. Pairs that are not close are none.
+    fn gains_something_on(&self, earlier: &Self) -> bool {
+        let is_less = |now: f64, before: f64| now < SEEN * before;
+        let resolved = self.resolved.zip(earlier.resolved);
+        let off = |region: &RegionFigures| (region.found - region.wanted).abs();
+        let mut regions = self.ledger.regions.iter().zip(&earlier.ledger.regions);
+        let mut levels = self.ledger.levels.iter().zip(&earlier.ledger.levels);
+        is_less(self.mean, earlier.mean)
+            || is_less(self.epsilon, earlier.epsilon)
+            || is_less(self.noise, earlier.noise)
+            || resolved.is_some_and(|(now, before)| is_less(now, before))
+            || is_less(1.0 - self.ledger.in_place, 1.0 - earlier.ledger.in_place)
+            || regions.any(|(now, before)| !before.is_kept(REGION_SHARE) && off(now) < off(before))
+            || levels
+                .any(|(now, before)| before.rms_deviation > LITTLE && is_less(now.rms_deviation, before.rms_deviation))
+            || earlier.closest_pair < CLOSE && is_less(earlier.closest_pair, self.closest_pair)
+    }
+
     /// In what it is worse than an earlier arrangement, if it is.
     pub fn loss_against(&self, earlier: &Self, aim: Aim) -> Option<String> {
         let region = self.ledger.regions.iter().zip(&earlier.ledger.regions).find(|(now, before)| {
@@ -215,16 +235,21 @@ impl Quality {
         let level = self.ledger.levels.iter().zip(&earlier.ledger.levels);
         let worse =
             |(now, before): &(&LedgerLevel, &LedgerLevel)| now.rms_deviation > 1.5 * before.rms_deviation + misplaced;
-        let (now, before) = level.into_iter().find(worse)?;
-        let change = percent(now.rms_deviation, before.rms_deviation);
-        Some(format!("the mass in {} boxes of equal mass deviates more, on average {change}", now.boxes))
+        if let Some((now, before)) = level.into_iter().find(worse) {
+            let change = percent(now.rms_deviation, before.rms_deviation);
+            return Some(format!("the mass in {} boxes of equal mass deviates more, on average {change}", now.boxes));
+        }
+        let is_better = aim != Aim::Density || self.gains_something_on(earlier);
+        let (density, noise) = (percent(self.mean, earlier.mean), percent(self.noise, earlier.noise));
+        let unchanged =
+            format!("nothing became better; the mean density error went {density}, the force noise {noise}");
+        (!is_better).then_some(unchanged)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::RegionFigures;
 
     fn good() -> Quality {
         let levels = vec![LedgerLevel { boxes: 2, largest_deviation: 1e-4, rms_deviation: 1e-4 }];
@@ -251,7 +276,6 @@ mod tests {
             ("boxes", |q| q.ledger.levels[0].rms_deviation = 0.1),
             ("region", |q| q.ledger.regions[0].found = 90.0),
         ];
-        assert_eq!(good().loss_against(&good(), Aim::Density), None);
         for (word, worsen) in losses {
             let mut now = good();
             worsen(&mut now);
@@ -261,11 +285,34 @@ mod tests {
         }
     }
 
+    /// A stage that costs time is for something.
+    #[test]
+    fn what_makes_nothing_better_is_not_taken() {
+        let said = good().loss_against(&good(), Aim::Density);
+        assert!(said.is_some_and(|s| s.contains("nothing became better")));
+        assert_eq!(good().loss_against(&good(), Aim::Forces), None);
+        let gains: [fn(&mut Quality); 5] = [
+            |q| q.mean = 1.9e-3,
+            |q| q.epsilon = 9e-6,
+            |q| q.noise = 9e-3,
+            |q| q.resolved = Some(3e-3),
+            |q| q.ledger.in_place = 1.0,
+        ];
+        for gain in gains {
+            let mut before = good();
+            before.ledger.in_place = 0.99;
+            let mut now = before.clone();
+            gain(&mut now);
+            assert_eq!(now.loss_against(&before, Aim::Density), None, "{now:?}");
+        }
+    }
+
     #[test]
     fn surfaces_may_pay_for_what_is_resolved_and_by_no_more_than_half() {
         let before = Quality { mean: 0.02, ..good() };
-        let after =
-            |mean, resolved| Quality { mean, resolved: Some(resolved), ..good() }.loss_against(&before, Aim::Density);
+        let after = |mean, resolved| {
+            Quality { mean, epsilon: 9e-6, resolved: Some(resolved), ..good() }.loss_against(&before, Aim::Density)
+        };
         assert!(after(0.028, 4e-3).is_some());
         assert_eq!(after(0.028, 1e-4), None);
         assert!(after(0.032, 1e-4).is_some());
@@ -274,13 +321,13 @@ mod tests {
     #[test]
     fn noise_may_grow_by_a_fourth_and_counts_below_that_of_a_random_set_alone() {
         let after = |before, noise| {
-            Quality { noise, ..good() }.loss_against(&Quality { noise: before, ..good() }, Aim::Density)
+            Quality { noise, mean: 1e-3, ..good() }.loss_against(&Quality { noise: before, ..good() }, Aim::Density)
         };
         assert_eq!(after(0.8, 1.25), None);
         assert!(after(0.8, 1.35).is_some());
         assert_eq!(after(9.0, 12.0), None);
-        let unresolved = |noise| Quality { noise, resolved: None, ..good() };
-        assert_eq!(unresolved(1.35).loss_against(&unresolved(0.8), Aim::Density), None);
+        let unresolved = |noise, mean| Quality { noise, mean, resolved: None, ..good() };
+        assert_eq!(unresolved(1.35, 1e-3).loss_against(&unresolved(0.8, 2e-3), Aim::Density), None);
     }
 
     #[test]

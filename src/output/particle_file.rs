@@ -2,7 +2,7 @@
 
 use super::columns::{self, EnergySource, KnownEnergy};
 use super::conservation::{Conserved, conserve};
-use super::frame::{Factors, Frame, radial_in};
+use super::frame::{Factors, Frame};
 use super::origin;
 use super::others::Others;
 use super::walls::{Fluid, Walls};
@@ -336,14 +336,14 @@ fn placed_columns<const D: usize>(
     carried: &mut Vec<Column>,
 ) -> Result<Option<Vec<f64>>> {
     let placed: Positions<D> = std::array::from_fn(|k| parallel::map(positions[k].len(), |i| positions[k][i] * length));
-    let (domain, radial) = (prepared.source.domain.scaled(length), radial_in(prepared.source.radial.as_ref(), length));
+    let domain = prepared.source.domain.scaled(length);
     let motion = columns::SetMotion {
         bulk: values("motion.bulk", &scene.motion.bulk, UnitDimension::VELOCITY, conversion)?,
         rotation: values("motion.rotation", &scene.motion.rotation, UnitDimension::RATE, conversion)?,
     };
     let velocities = columns::velocities(carried, &placed, &domain, &motion)?;
     if !scene.material.is_empty() {
-        let middle = radial.map_or_else(|| domain.center(), |r| r.center);
+        let middle = prepared.source.center().map(|x| x * length);
         carried.retain(|c| c.name != names::MATERIAL_IDS);
         let radius = |r: &Quantity| r.value("material.radius", UnitDimension::LENGTH, conversion);
         let layers = scene.material.iter().map(|layer| Ok((layer.id, layer.radius.as_ref().map(radius).transpose()?)));

@@ -72,7 +72,7 @@ impl<const D: usize> Walls<D> {
         let Some(walls) = &scene.walls else { return Ok(None) };
         let domain = &prepared.source.domain;
         let unit = 1.0 / prepared.length;
-        let own = (domain.volume() / prepared.target().count as f64).powf(1.0 / D as f64);
+        let own = domain.mean_spacing(prepared.target().count);
         let spacing = match &walls.spacing {
             Some(spacing) => spacing.value("walls.spacing", UnitDimension::LENGTH, conversion)? * unit,
             None => own,

@@ -373,7 +373,7 @@ fn in_dimension<const D: usize>(
 ) -> Result<Detail> {
     let own = InOwnUnits::<D>::new(coordinates, masses, frame)
         .map_err(|e| Error::field(names::COORDINATES, format!("make no box: {e}")))?;
-    let mean = (own.domain.volume() / masses.len() as f64).powf(1.0 / D as f64);
+    let mean = own.domain.mean_spacing(masses.len());
     let spacing = |i: usize| {
         let by_column = stated.map(|rho| (masses[i] / rho[i]).powf(1.0 / D as f64) / own.size);
         by_column.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(mean).min(1.0)

@@ -77,7 +77,7 @@ fn part_crowded<const D: usize>(
         return beside;
     }
     let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
-    let even = (domain.volume() / all as f64).powf(1.0 / D as f64);
+    let even = domain.mean_spacing(all);
     let guess = support_guess::<D>(neighbors, own, |i| spacing[i].min(even));
     let measured = Measured::among(exchange, kernel, target.domain, positions, &vec![1.0; own], &guess, neighbors);
     let ratio = support_over_spacing(D, neighbors);

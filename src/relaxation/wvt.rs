@@ -343,7 +343,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
         let density = self.state.target_density();
         let (ratio, target) = (self.state.ratio(), self.state.target);
         // Where the target is not resolved particles need not see far: from next to vacuum, all of the rest.
-        let even = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+        let even = target.domain.mean_spacing(target.count);
         let is_free = |i: usize| self.order.as_ref().is_none_or(|order| order.now.of(i) == Hold::Free);
         let weights = &self.weights;
         let farthest = |i: usize| if weights[i] < 0.5 && is_free(i) { FARTHEST * even } else { f64::INFINITY };

@@ -57,7 +57,7 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
                 .to_owned(),
         });
     }
-    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    let spacing = domain.mean_spacing(count);
     for Extent { what, extent, why } in extents(domain) {
         let spacings = extent / spacing;
         if spacings < THIN {
@@ -198,7 +198,7 @@ pub(crate) fn refuse_places_without_particles<const D: usize>(target: &Target<'_
 /// # Errors
 /// The axis, with the remedy.
 pub(crate) fn refuse_domain<const D: usize>(scene: &Scene, domain: &Domain<D>, count: usize) -> Result<()> {
-    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    let spacing = domain.mean_spacing(count);
     let reach = spacing * support_over_spacing(D, scene.kernel_neighbors(D));
     let far = domain.lo.iter().chain(&domain.hi).fold(0.0_f64, |m, x| m.max(x.abs()));
     if f64::EPSILON * far > RESOLVED * spacing {

@@ -87,7 +87,7 @@ impl Parts {
             return Err(Error::scene("output.format", problem));
         }
         let read = Read::new(scene, formats)?;
-        scene.check_units(&read.units.into_input())?;
+        scene.check_units(&read.units.to_input())?;
         refuse_what_the_format_cannot_hold(scene, format, read.dimension)?;
         Ok((read, format))
     }
@@ -110,7 +110,7 @@ impl Parts {
             return Err(Error::scene("domain", problem));
         }
         check_neighbors::<D>(scene)?;
-        refuse_box(scene, Some(format), (&prepared, None), &units.into_input())?;
+        refuse_box(scene, Some(format), (&prepared, None), &units.to_input())?;
         Ok(prepared)
     }
 }

@@ -146,7 +146,7 @@ fn done(
     let raw = ingest::read(scene, formats)?;
     let Stated { input, mut notes, doubts } = stated_units::units(scene, &raw)?;
     let units = RunUnits::new(scene, input)?;
-    scene.check_units(&units.into_input())?;
+    scene.check_units(&units.to_input())?;
     if let Some(field) = raw.field() {
         notes.extend(field.notes.iter().cloned());
     }
@@ -307,11 +307,11 @@ impl Run<'_> {
         self.warnings.extend(prepared.doubts.iter().cloned());
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
-        let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.into_input())?;
+        let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.to_input())?;
         self.warnings.extend(walls.as_ref().and_then(|w| w.doubt(&prepared.source.domain)));
         self.warnings.extend(walls.as_ref().and_then(|w| w.unknown_to(self.scene.code())));
-        refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.into_input())?;
-        let displacement = Displacement::new(self.scene, &prepared, &self.units.into_input())?;
+        refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.to_input())?;
+        let displacement = Displacement::new(self.scene, &prepared, &self.units.to_input())?;
         self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
         self.check()?;
         if self.is_dry {
@@ -462,7 +462,7 @@ impl Run<'_> {
             stop: format!("{stop:?}"),
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
             units_known: self.units.input.is_some(),
-            conversion: self.units.into_output(&units),
+            conversion: self.units.to_output(&units),
             origin: origin::wanted(self.scene, self.format, closed_and_open(&prepared.source.domain)),
         };
         let Made { file, notes, warnings, left_out, conserved } =

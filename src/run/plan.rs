@@ -369,7 +369,7 @@ const THIN: &str = "the domain is thinner than the particles' spacing: its faces
 /// Whether an open axis of a box is shorter than the mean spacing: the mirror images that relaxation sees there
 /// and the vacuum that it is measured by have nothing to do with each other.
 fn thinner_than_a_spacing<const D: usize>(domain: &Domain<D>, count: usize) -> bool {
-    let spacing = (domain.volume() / count as f64).powf(1.0 / D as f64);
+    let spacing = domain.mean_spacing(count);
     let extent = domain.extent();
     matches!(domain.region, Region::Box)
         && (0..D).any(|k| {

@@ -252,7 +252,7 @@ impl<'a> Run<'a> {
             stop: format!("{stop:?}"),
             requires_energy: self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY),
             units_known: self.units.input.is_some(),
-            conversion: self.units.into_output(&units),
+            conversion: self.units.to_output(&units),
             origin: origin::wanted(scene, Some(self.format), closed_and_open(&prepared.source.domain)),
         };
         let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);

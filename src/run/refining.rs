@@ -105,7 +105,7 @@ impl<const D: usize> Refining<D> {
             return Err(Error::scene("refine", problem));
         }
         let Some(mut refining) = Self::whole(scene, snapshot)? else { return Ok(None) };
-        let into_input = units.into_input();
+        let into_input = units.to_input();
         let refinement = Refinement::new(input, &refining.domain, &into_input, snapshot.time)?;
         let masses = &refining.masses;
         let particle = match &input.particle_mass {

@@ -174,7 +174,7 @@ impl Common {
                 );
                 return Err(Error::scene(format!("bodies[{}].input", title(without)), problem));
             }
-            if other.units.into_cgs().from != first.units.into_cgs().from && has_plain_numbers(scene) {
+            if other.units.to_cgs().from != first.units.to_cgs().from && has_plain_numbers(scene) {
                 let problem = format!(
                     "is in other units than body {}, so that plain numbers of the scene could mean either; state `units`, as in \
                      `units: solar`, or write numbers with their units",
@@ -202,7 +202,7 @@ impl Common {
     }
 
     pub fn conversion(&self, out: &UnitSystem) -> Conversion {
-        self.units.into_output(out)
+        self.units.to_output(out)
     }
 
     /// Particles of each body.
@@ -210,7 +210,7 @@ impl Common {
         let masses: Vec<f64> = estimates.iter().map(|e| e.mass).collect();
         if let Some(particle) = &scene.particle_mass {
             let dimension = UnitDimension::new(self.dimension as i8 - 3, 1, 0, 0);
-            let mass = particle.value("particle_mass", dimension, &self.units.into_cgs())?;
+            let mass = particle.value("particle_mass", dimension, &self.units.to_cgs())?;
             return by_particle_mass(scene, estimates, mass);
         }
         if let Some(mass) = mean_of_snapshots(estimates).filter(|_| scene.particles.is_none()) {

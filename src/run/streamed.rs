@@ -113,7 +113,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
     ) -> Result<Self> {
         let periodic = prepared.source.domain.axes.map(|axis| axis == Axis::Periodic);
         origin::refuse(scene, format, &periodic)?;
-        origin::refuse_far(scene, &prepared.source.domain, (&units.into_input(), prepared.length))?;
+        origin::refuse_far(scene, &prepared.source.domain, (&units.to_input(), prepared.length))?;
         let (out, note) = output_units(scene.output.units.as_deref(), units.input, prepared.mass.value, D)?;
         let requires = format.map_or(&[][..], |f| f.capabilities.requires);
         let mut stream = Self {
@@ -198,7 +198,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
             stop: self.stop.clone(),
             requires_energy: self.requires_energy,
             units_known: units.input.is_some(),
-            conversion: units.into_output(&out),
+            conversion: units.to_output(&out),
             origin: self.scene.output.origin.clone(),
         };
         particle_file(self.scene, self.prepared, raw, (out, &self.factors), None, &making)

@@ -127,7 +127,7 @@ fn short_range<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Posi
 
 fn gravitational<const D: usize>(target: &Target<'_, D>, seed: u64) -> Result<Positions<D>> {
     let start = random::place(target, seed)?;
-    let spacing = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+    let spacing = target.domain.mean_spacing(target.count);
     let edges = target.domain.extent().map(|e| e / spacing);
     let mut points: Vec<[f64; D]> = (0..target.count).map(|i| at(&start, i).map(|v| v / spacing)).collect();
     repel(&edges, &mut points);

@@ -53,7 +53,7 @@ const LEAST_SCALE: f64 = 0.5;
 /// A region in which the points cannot be found.
 pub(super) fn cut<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<D>) -> Result<Vec<[f64; D]>> {
     let count = target.count;
-    let mean = (target.domain.volume() / count as f64).powf(1.0 / D as f64);
+    let mean = target.domain.mean_spacing(count);
     let (mut coarse, mut fine) = (None, None);
     let mut scale = mean;
     let mut points = Vec::new();
@@ -88,7 +88,7 @@ pub(super) fn cut<const D: usize>(target: &Target<'_, D>, pattern: &dyn Pattern<
 
 /// Half the diagonal of the finest cut that [`cut`] may ask for, in the pattern's spacings, at most.
 pub(super) fn reach<const D: usize>(target: &Target<'_, D>) -> f64 {
-    let mean = (target.domain.volume() / target.count as f64).powf(1.0 / D as f64);
+    let mean = target.domain.mean_spacing(target.count);
     let diagonal = target.domain.extent().iter().map(|e| e * e).sum::<f64>().sqrt();
     0.5 * diagonal / (LEAST_SCALE * BRACKET * mean)
 }

@@ -6,6 +6,7 @@ use super::matter::Matter;
 use super::partition::partition;
 use super::thin;
 use crate::field::{ScalarField, piece_masses};
+use crate::roots::bisect;
 use sph::domain::Domain;
 use sph::parallel;
 use std::collections::{BTreeMap, BTreeSet};
@@ -167,11 +168,7 @@ impl<'a, const D: usize> Map<'a, D> {
         let (from, piece) = (self.center(i), self.pieces[i]);
         let way = self.domain.displacement(&from, &self.center(j));
         let at = |t: f64| self.domain.wrapped(&sph::array(|k| from[k] + t * way[k]));
-        let (mut a, mut b) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (a + b);
-            if self.field.piece(&at(middle)) == piece { a = middle } else { b = middle }
-        }
+        let [a, b] = bisect(|t| self.field.piece(&at(t)) == piece, [0.0, 1.0], HALVINGS);
         let (here, there) = (self.field.value(&at(a)), self.field.value(&at(b)));
         if here == there { 0.0 } else { (here / there).ln().abs() }
     }

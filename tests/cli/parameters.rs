@@ -14,7 +14,9 @@ pub(super) const BOX: &str = "input: {expression: '1'}\ndomain: {box: [[0, 0, 0]
 pub(super) fn place(folder: &Folder, scene: &str, (code, out): (&str, &str), more: &[&str]) -> Outcome {
     let (scene, out) = (folder.file("scene.yaml", scene), folder.path("out").join(out));
     let (scene, out) = (scene.display().to_string(), out.display().to_string());
-    let mut all = vec!["--scene", &scene, "--for", code, "--parameters", "--out", &out];
+    // Parameters are those of the scene, however the particles lie.
+    let mut all =
+        vec!["--scene", &scene, "--for", code, "--parameters", "--out", &out, "--iterations", "1", "--polish", "none"];
     all.extend(more);
     succeed(&all)
 }

@@ -117,6 +117,11 @@ impl<const D: usize> Domain<D> {
         }
     }
 
+    /// Edge of the cube that each of so many particles has of it.
+    pub fn mean_spacing(&self, count: usize) -> f64 {
+        (self.volume() / count as f64).powf(1.0 / D as f64)
+    }
+
     /// Whether a particle may be at `x` (periodic axes take any value).
     #[inline]
     pub fn contains(&self, x: &[f64; D]) -> bool {

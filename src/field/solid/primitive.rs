@@ -3,6 +3,7 @@
 use super::super::quadrature::binade;
 use super::super::surface::Surface;
 use super::roots::roots;
+use crate::roots::bisect;
 use sph::domain::Hull;
 use sph::geometry::distance;
 use std::sync::Arc;
@@ -235,8 +236,8 @@ fn nearest_on_ellipsoid<const D: usize>(radii: &[f64; D], x: &[f64; D]) -> [f64;
     }
     let excess = |t: f64| (0..D).map(|k| (radii[k] * x[k] / (radii[k] * radii[k] + t)).powi(2)).sum::<f64>() - 1.0;
     let floor = -radii[least] * radii[least];
-    let mut low = floor + radii[least] * x[least].abs();
-    let mut high = floor + (0..D).map(|k| (radii[k] * x[k]).powi(2)).sum::<f64>().sqrt();
+    let low = floor + radii[least] * x[least].abs();
+    let high = floor + (0..D).map(|k| (radii[k] * x[k]).powi(2)).sum::<f64>().sqrt();
     if x[least] == 0.0 && !(excess(floor * (1.0 - 1e-12)) > 0.0) {
         // In the plane across the shortest axis, near the middle: the nearest point is off that plane.
         let mut p: [f64; D] = sph::array(|k| match k == least {
@@ -249,10 +250,7 @@ fn nearest_on_ellipsoid<const D: usize>(radii: &[f64; D], x: &[f64; D]) -> [f64;
         p[least] = radii[least] * rest.max(0.0).sqrt();
         return p;
     }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
+    let [low, high] = bisect(|t| excess(t) > 0.0, [low, high], HALVINGS);
     let t = 0.5 * (low + high);
     sph::array(|k| radii[k] * radii[k] * x[k] / (radii[k] * radii[k] + t))
 }

@@ -1,5 +1,7 @@
 //! Real roots of polynomials of low degree.
 
+use crate::roots::bisect;
+
 /// The real roots of sum c_i t^i in ascending order: where it changes its sign between the roots of its derivative, by
 /// bisection. Double roots, at which it does not change, may be missing.
 pub(crate) fn roots(coefficients: &[f64]) -> Vec<f64> {
@@ -43,15 +45,12 @@ fn between(c: &[f64]) -> Vec<f64> {
     ends.push(bound);
     let mut found = Vec::new();
     for pair in ends.windows(2) {
-        let (mut a, mut b) = (pair[0], pair[1]);
+        let (a, b) = (pair[0], pair[1]);
         let rises = value(b) > 0.0;
         if (value(a) > 0.0) == rises {
             continue;
         }
-        for _ in 0..100 {
-            let middle = 0.5 * (a + b);
-            if (value(middle) > 0.0) == rises { b = middle } else { a = middle }
-        }
+        let [a, b] = bisect(|x| (value(x) > 0.0) != rises, [a, b], 100);
         found.push(0.5 * (a + b));
     }
     found

@@ -13,6 +13,7 @@ use super::bvh::Aabb;
 use super::chords::chord_integral;
 use super::facets::{FacetTree, closest_on_facet, normal};
 use super::quadrature::radical_inverse;
+use crate::roots::bisect;
 use edges::Edges;
 use octants::Octants;
 use rayon::prelude::*;
@@ -296,15 +297,11 @@ impl<const D: usize> Surface<D> {
             let place = |i: usize| pair[0] + (pair[1] - pair[0]) * (i as f64 + 0.5) / LOOKS as f64;
             let (mut begin, mut was) = (pair[0], at(place(0)));
             for i in 1..LOOKS {
-                let (mut a, mut b) = (place(i - 1), place(i));
-                let is = at(b);
+                let is = at(place(i));
                 if is == was {
                     continue;
                 }
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (a + b);
-                    if at(middle) == was { a = middle } else { b = middle }
-                }
+                let [a, b] = bisect(|t| at(t) == was, [place(i - 1), place(i)], HALVINGS);
                 if was {
                     add(begin, a);
                 }

@@ -6,6 +6,7 @@
 use super::well::{Sphere, Well};
 use crate::field::quadrature::integrate;
 use crate::input::waves::normal;
+use crate::roots::bisect;
 use rand::RngExt;
 
 const ORDER: usize = 4;
@@ -89,11 +90,7 @@ fn cut(part: f64) -> f64 {
     if part < 3.0 / (WIDEST * WIDEST) {
         return (3.0 / part).sqrt();
     }
-    let (mut low, mut high) = (1e-3, WIDEST);
-    for _ in 0..BISECTIONS {
-        let x = 0.5 * (low + high);
-        if mean_square(x) > part { low = x } else { high = x }
-    }
+    let [low, high] = bisect(|x| mean_square(x) > part, [1e-3, WIDEST], BISECTIONS);
     0.5 * (low + high)
 }
 

@@ -53,7 +53,7 @@ pub(crate) fn attach<const D: usize>(
     let radial = source.radial.clone().filter(|_| D == 3).ok_or_else(|| {
         Error::scene("input.core", "is of a radial profile in 3 dimensions, which the input is not; leave it out")
     })?;
-    let conversion = units.into_input();
+    let conversion = units.to_input();
     let radius = input.radius.value("input.core.radius", UnitDimension::LENGTH, &conversion)?;
     let shown =
         Shown { length: conversion.factor(UnitDimension::LENGTH), mass: conversion.factor(UnitDimension::MASS) };
