@@ -138,6 +138,7 @@ fn a_bubble_and_its_medium_have_their_masses_and_keep_apart_in_every_dimension()
 
 /// A snapshot that keeps its particles is cut out where it is, wherever its own file has it, and one of a periodic box leaves the rest to the medium.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_kept_snapshot_is_cut_out_where_it_is() {
     use sph_formats::{Values, WriteOptions};
     let folder = tempfile::tempdir().unwrap();

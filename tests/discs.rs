@@ -47,6 +47,7 @@ fn units_do_not_change_a_disc() {
 
 /// Gravity of halo, bulge and gas, pressure and rotation add up to nothing over a ring. Gas is a fifth of what pulls there.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_galactic_disc_is_in_equilibrium_with_all_gravity() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles/galactic-disc.yaml");
     let mut scene = Scene::load(&path).unwrap();
@@ -188,6 +189,7 @@ fn lift(file: &ParticleFile) -> (f64, f64) {
 /// Sums over neighbors push a thin layer apart: for a code it is as thick as the code holds it. In Phantom the motion of sheared particles and viscosity
 /// hold 0.026 (S h/c)^2 of the weight beside the pressure.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
     let scene = |code: &str| {
         format!(

@@ -341,6 +341,7 @@ particles: 2000
 
 /// Bodies are relaxed one by one, by the ranks that have particles of them, and those on both sides of a surface part as on one rank.
 #[test]
+#[ignore = "slow: .ci/full runs it"]
 fn bodies_keep_their_mass_over_ranks() {
     let folder = Folder::new();
     let path = folder.path("ic.hdf5");

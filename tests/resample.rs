@@ -2,6 +2,7 @@
 
 #![cfg(all(feature = "swift", feature = "gadget", feature = "numpy"))]
 
+use crate::cases::first;
 use sph_formats::common::particle_names as names;
 use sph_formats::{
     Column, FORMATS, FieldRequest, FileContent, ParticleFile, ParticleTable, RunHeader, Species, UnitDimension,
@@ -519,7 +520,7 @@ fn numbers_without_units_are_pure_or_in_the_scenes_units() {
     file.header.units = UnitSystem::CODE;
     let scene = "particles: 500\npolish: none\nwvt: {iterations: 0}\noutput: {double_precision: true}\n";
     let sum = |file: &ParticleFile, name: &str| numbers(file, name).iter().sum::<f64>();
-    for name in ["plain.hdf5", "plain.gadget"] {
+    for name in first(1, ["plain.hdf5", "plain.gadget"]) {
         let input = written(folder.path(), name, &file);
         let pure = resampled(&input, scene).unwrap();
         assert_eq!(pure.header.units, UnitSystem::CODE, "{name}");

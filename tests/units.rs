@@ -46,7 +46,7 @@ fn close(found: f64, expected: f64, what: &str) {
 fn a_domain_is_the_same_in_every_unit() {
     let half = 0.5 * SOLAR_RADIUS;
     let (reference, _) =
-        run(&format!("input: {{{STAR}}}\nparticles: 300\ndomain: {{ball: {{center: [0, 0, 0], radius: {half}}}}}"));
+        run(&format!("input: {{{STAR}}}\nparticles: 200\ndomain: {{ball: {{center: [0, 0, 0], radius: {half}}}}}"));
     let edge = largest(&radii(&reference));
     assert!(edge < half && edge > 0.7 * half, "{edge:e}");
     for (units, radius) in [
@@ -59,7 +59,7 @@ fn a_domain_is_the_same_in_every_unit() {
         ("output: {units: si}", "0.5 Rsun"),
     ] {
         let (file, _) = run(&format!(
-            "input: {{{STAR}}}\nparticles: 300\n{units}\ndomain: {{ball: {{center: [0, 0, 0], radius: {radius}}}}}"
+            "input: {{{STAR}}}\nparticles: 200\n{units}\ndomain: {{ball: {{center: [0, 0, 0], radius: {radius}}}}}"
         ));
         close(largest(&radii(&file)), edge, radius);
     }

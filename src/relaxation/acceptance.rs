@@ -12,6 +12,7 @@ use crate::target::{Positions, Target};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sph::exchange::Exchange;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,8 @@ pub struct Judge<'a, const D: usize> {
     accepted: Mutex<Option<Quality>>,
     /// What measuring once takes, and what it took in all.
     cost: Mutex<[Duration; 2]>,
+    /// Whether the last result was not accepted.
+    refused: AtomicBool,
 }
 
 impl<'a, const D: usize> Judge<'a, D> {
@@ -33,7 +36,8 @@ impl<'a, const D: usize> Judge<'a, D> {
         seeds: &'a (dyn Fn() -> Option<Particles<D>> + Sync),
         exchange: &'a dyn Exchange,
     ) -> Self {
-        Self { measure, exchange, seeds, accepted: Mutex::new(None), cost: Mutex::new([Duration::ZERO; 2]) }
+        let (accepted, cost) = (Mutex::new(None), Mutex::new([Duration::ZERO; 2]));
+        Self { measure, exchange, seeds, accepted, cost, refused: AtomicBool::new(false) }
     }
 
     /// Measures what the first stage is given. Returns the time to be kept for measuring its result, and the run's: that of
@@ -42,6 +46,16 @@ impl<'a, const D: usize> Judge<'a, D> {
         let mut accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
         accepted.get_or_insert_with(|| self.timed(particles));
         3 * self.cost.lock().unwrap_or_else(PoisonError::into_inner)[0]
+    }
+
+    /// Whether the result of the last stage was not accepted.
+    pub fn has_refused(&self) -> bool {
+        self.refused.load(Ordering::Relaxed)
+    }
+
+    /// Whether other particles are no worse than those accepted last, and better in something; their figures are then those to be kept.
+    pub fn prefers(&self, other: &Particles<D>, accepted: &Particles<D>) -> bool {
+        self.loss(accepted, other, Aim::Density).is_none()
     }
 
     fn timed(&self, particles: &Particles<D>) -> Quality {
@@ -163,6 +177,7 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         {
             (loss, relaxed.particles) = (None, parted);
         }
+        stage.judge.refused.store(loss.is_some(), Ordering::Relaxed);
         if let Some((loss, seeds)) = loss {
             // What else there is to say is of that result.
             relaxed.notes = vec![format!("the result of {} is not used: {loss}", stage.name().title)];
@@ -221,7 +236,7 @@ mod tests {
     use sph::domain::{Axis, Domain, Region};
     use sph::exchange::Alone;
     use sph::kernel::{KernelName, default_kernel_neighbors};
-    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+    use std::sync::atomic::AtomicUsize;
 
     struct Uniform;
 

@@ -15,7 +15,7 @@ use crate::relaxation::{
     TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count, given_and_own,
 };
 use crate::scene::{OnInterrupt, Scene};
-use crate::seeding::{self, Seeded};
+use crate::seeding::{self, Seeded, Seeding};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::{makes_pairs, own_count};
@@ -33,6 +33,10 @@ pub struct Placed<const D: usize> {
 
 /// Net force over gravity below which codes see no less: their own gravity is no better.
 const UNSEEN_FORCE: f64 = 1e-3;
+
+/// The note where the solver leaves shells as they are.
+const SHELLS_ALONE: &str =
+    "the particles are on the shells of `seeding: shells`, which match the density better when they are not relaxed";
 
 /// What all stages are made from.
 pub struct Setting<'a, const D: usize> {
@@ -374,8 +378,16 @@ impl<'a, const D: usize> Setting<'a, D> {
             if !in_step && relaxed.report().stop.is_cut() {
                 checkpoints.leave(&past.meta(index, name.name, false), &relaxed.particles);
             }
-            let particles = relaxed.particles;
+            let is_cut = relaxed.report().stop.is_cut();
+            let mut particles = relaxed.particles;
             past.notes.extend(relaxed.notes);
+            if name == SOLVER
+                && !is_cut
+                && let Some(shells) = self.shells_alone(plan, &judge, &particles)
+            {
+                particles = shells;
+                past.notes.push(SHELLS_ALONE.into());
+            }
             watch(name.name, &particles.positions);
             past.reports.extend(relaxed.reports);
             if discards_interrupted && past.reports.last().is_some_and(|r| r.stop == StopReason::Interrupted) {
@@ -392,6 +404,17 @@ impl<'a, const D: usize> Setting<'a, D> {
             checkpoints.finish(&past.meta(stages.len(), "", false), &particles);
         }
         Ok(past.placed(particles, of_ledger + judge.seconds()))
+    }
+
+    /// The shells for particles that are not relaxed, where those that were chosen for the solver are what is left; none where these are no better.
+    fn shells_alone(&self, plan: &Plan, judge: &Judge<'_, D>, left: &Particles<D>) -> Option<Particles<D>> {
+        let for_solver = plan.seeding == Seeding::EqualAreaShells && self.scene.seeding.is_none();
+        if !(for_solver && plan.wvt_iterations == 0 && judge.has_refused() && self.exchange.is_alone()) {
+            return None;
+        }
+        let seeded = seeding::seed(&self.target, Seeding::Shells, self.scene.seed).ok()?;
+        let shells = seeded.positions.into();
+        judge.prefers(&shells, left).then_some(shells)
     }
 
     /// What measuring so many particles before a stage and at the end takes, roughly.
