@@ -28,7 +28,7 @@ pub(crate) mod shapes;
 pub(crate) mod slips;
 pub(crate) mod solenoidal;
 mod spherical;
-pub(crate) mod stated_units;
+pub mod stated_units;
 pub(crate) mod support;
 mod surfaces;
 pub(crate) mod surroundings;

@@ -131,6 +131,7 @@ fn history(report: &Report, title: &str, label: &str, value: &dyn Fn(&Progress) 
 }
 
 /// The page of a file that was followed forward.
+#[cfg(feature = "cli")]
 pub fn page_of_certificate(name: &str, certificate: &Certificate, notes: &[String], command: &str) -> String {
     let mut page = Page::new(name);
     let summary = certificate.summary();
