@@ -195,7 +195,7 @@ fn a_disc_for_a_code_is_as_thick_as_that_holds_it() {
         format!(
             "bodies:\n- {{name: star, point_mass: 1, accretion_radius: 0.05}}\n\
              - {{name: disc, input: {{profile: {{disc: {{mass: 1e-6, inner_radius: 0.5, outer_radius: 3, aspect_ratio: 0.1}}}}}}}}\n\
-             particles: 3000\noutput: {{units: code}}\n{code}"
+             particles: 5000\noutput: {{units: code}}\n{code}"
         )
     };
     let lifted = |code: &str| lift(&placed_bodies(&scene(code)));

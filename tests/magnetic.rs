@@ -48,7 +48,11 @@ fn sources_of_a_stated_field_are_told() {
         let scene = Scene::parse(&format!("{BOX}fields: {{{field}}}\n{QUICK}")).unwrap();
         let (_, report) =
             sph_prep::place(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{field}: {e}"));
-        report.warnings.into_iter().filter(|warning| warning.contains("divergence")).collect()
+        report
+            .warnings
+            .into_iter()
+            .filter(|warning| warning.contains("the magnetic field") && warning.contains("divergence"))
+            .collect()
     };
     for (field, expected) in [
         ("magnetic_field: ['x*uG/kpc', 'y*uG/kpc', 0]", "the largest field over the width"),

@@ -10,6 +10,7 @@ use sph_prep::run::plan::Plan;
 use sph_prep::run::report::Report;
 use sph_prep::run::verdict::{Grade, Topic};
 use sph_prep::scene::Scene;
+use sph_prep::seeding::Seeding;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -486,4 +487,19 @@ fn masses_that_differ_from_what_was_asked_are_in_the_verdict() {
     let (mass, found) = masses("resolution: {spacing: '1 + x'}");
     let (grade, text) = found.unwrap();
     assert!(mass.off < 1e-12 && mass.largest > 1.5 * mass.smallest && grade == Grade::Good, "{mass:?} {text}");
+}
+
+/// With a kernel that reaches through most of the ball the solver gains nothing over shells, and those that were chosen for it are not the best to be
+/// left alone.
+#[test]
+fn shells_that_the_solver_does_not_better_are_those_without_it() {
+    let ball = "input: {expression: '1'}\ndomain: {ball: {center: [0, 0, 0], radius: 1}}\nkernel: wendland-c6\nneighbors: 295\nparticles: 5000\n";
+    let (report, _) = run(ball);
+    let (alone, _) = run(&format!("{ball}seeding: shells\nwvt: {{iterations: 0}}\npolish: none\n"));
+    assert!(report.notes.iter().any(|n| n.contains("density solver is not used")), "{:?}", report.notes);
+    assert_eq!(report.plan.seeding, Seeding::Shells);
+    let on_shells =
+        |notes: &[String]| -> Vec<String> { notes.iter().filter(|n| n.ends_with(" shells")).cloned().collect() };
+    assert_eq!(on_shells(&report.notes), on_shells(&alone.notes));
+    assert_eq!(report.density_error.all.mean, alone.density_error.all.mean);
 }

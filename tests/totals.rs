@@ -107,6 +107,12 @@ fn a_body_alone_in_a_box_keeps_its_rotation_where_faces_are_said_to_be_open() {
         let foreseen = pipeline::forecast(&scene(file, boundary), FORMATS, &Control::default()).unwrap();
         assert!(!is_told(&foreseen.notes), "{:?}", foreseen.notes);
     }
+    // The box is kept where most particles stay as they are; it is told then.
+    let mut refined = Scene::parse("refine: {center: [1, 1, 1], radius: 0.2, factor: 2}\n").unwrap();
+    refined.input.file = Some(written(folder.path(), "kept.hdf5", &file));
+    let (_, report) = pipeline::place(&refined, FORMATS, &Control::default()).unwrap();
+    let alone = report.warnings.iter().filter(|w| w.contains("`--boundary open` keeps its angular momentum")).count();
+    assert!(alone == 1 && !is_told(&report.notes), "{:?}", report.warnings);
     // Places beyond a periodic box are not wrapped into it without a word.
     file.header.box_size = [0.75 * EDGE; 3];
     let mut scene = Scene::parse("particles: 400\nwvt: {iterations: 0}\npolish: none\n").unwrap();

@@ -8,7 +8,7 @@ use super::exit::FAILURE;
 use super::terminal::{clear_line, marked};
 use crate::error::Error;
 use crate::relaxation::{Event, Step};
-use crate::run::checkpoint::is_of as is_checkpoint_of;
+use crate::run::checkpoint::left_by;
 use crate::scene::{OnInterrupt, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,7 +27,8 @@ enum Answer {
 
 /// What a run goes on from.
 enum Kept {
-    Checkpoint(Box<Scene>, PathBuf),
+    /// That of the scene.
+    Checkpoint(Box<Scene>),
     Blocks(PathBuf),
 }
 
@@ -43,8 +44,8 @@ pub struct Interrupts {
 impl Interrupts {
     /// Listens from now on, for a run of `scene`.
     pub fn of_run(scene: &Scene) -> Arc<Self> {
-        let kept = scene.checkpoint.file.clone().map(|file| Kept::Checkpoint(Box::new(scene.clone()), file));
-        Self::listen(kept, scene.output.on_interrupt)
+        let is_kept = scene.checkpoint.file.is_some();
+        Self::listen(is_kept.then(|| Kept::Checkpoint(Box::new(scene.clone()))), scene.output.on_interrupt)
     }
 
     /// Listens from now on, for a run that keeps blocks in a folder.
@@ -94,8 +95,8 @@ impl Interrupts {
     fn leave(&self) -> ! {
         sph_formats::output::remove_temporaries();
         let error = match &self.kept {
-            Some(Kept::Checkpoint(scene, file)) if is_checkpoint_of(file, scene) => {
-                Error::InterruptedKept(file.clone())
+            Some(Kept::Checkpoint(scene)) => {
+                left_by(scene).map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into()))
             }
             Some(Kept::Blocks(folder)) if folder.is_dir() => Error::InterruptedIn(folder.clone()),
             _ => Error::Interrupted,

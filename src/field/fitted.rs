@@ -21,6 +21,7 @@ use super::{CarriedField, CarriedInfo, Enclosure, Patch, ScalarField};
 use crate::error::Result;
 use serde::Serialize;
 use sph::domain::Domain;
+use sph::geometry::distance;
 use sph::parallel;
 use sph_formats::Variable;
 use std::ops::Range;
@@ -483,7 +484,7 @@ impl<const D: usize> ScalarField<D> for FittedField<D> {
 
     fn enclosure(&self, patch: &Patch<D>) -> Option<Enclosure> {
         let middle = sph::array(|k| 0.5 * (patch.lo[k] + patch.hi[k]));
-        let reach = 0.5 * (0..D).map(|k| (patch.hi[k] - patch.lo[k]).powi(2)).sum::<f64>().sqrt();
+        let reach = 0.5 * distance(&patch.lo, &patch.hi);
         if self.fitted.particles.is_bare_within(&middle, reach) {
             return Some(Enclosure::new(0.0, 0.0, true));
         }

@@ -103,14 +103,14 @@ pub(super) fn of_content(scene: &Scene, content: FileContent) -> Result<RawInput
             let note = units_of_snapshot(scene, &mut particles.header.units)?;
             let stated = boundary_of_snapshot(scene, &mut particles);
             let is_kept = scene.input.keeps_particles() || scene.refine.is_some() && scene.particles.is_none();
-            let is_free = stated == [None; 3] && !scene.domain.has_extent() && is_alone(&particles);
-            if is_free && !is_kept {
+            let is_alone = stated == [None; 3] && !scene.domain.has_extent() && is_alone(&particles);
+            let is_taken_out = is_alone && !is_kept;
+            if is_taken_out {
                 particles.header.periodic = [false; 3];
             }
             let mut snapshot = Snapshot::new(path(scene), &particles, density.as_deref())?;
-            snapshot.stated = stated;
-            snapshot.is_alone = is_free;
-            snapshot.field.notes.extend(note.into_iter().chain((is_free && !is_kept).then(|| ALONE.to_owned())));
+            (snapshot.stated, snapshot.is_alone) = (stated, is_alone && is_kept);
+            snapshot.field.notes.extend(note.into_iter().chain(is_taken_out.then(|| ALONE.to_owned())));
             let file = is_kept.then_some(particles);
             if file.is_some() {
                 // All columns of those that stay, stay.

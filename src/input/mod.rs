@@ -1,7 +1,7 @@
 //! Converts a scene's input to the source that relaxation aims at: files and expressions, particles of another run, units, the atmosphere that is
 //! removed, and the hydrostatics of the body.
 
-pub(crate) mod atmosphere;
+pub mod atmosphere;
 mod attractors;
 mod beside;
 pub(crate) mod body_materials;
@@ -17,7 +17,7 @@ mod formula;
 mod from_spacing;
 mod halo;
 pub(crate) mod hydrostatics;
-pub(crate) mod ingest;
+pub mod ingest;
 pub(crate) mod internal_units;
 pub mod particles;
 pub(crate) mod profile;
@@ -35,7 +35,7 @@ pub(crate) mod surroundings;
 pub(crate) mod thermal;
 pub(crate) mod totals;
 pub(crate) mod turbulence;
-pub(crate) mod units;
+pub mod units;
 mod waves;
 mod way;
 mod weight;

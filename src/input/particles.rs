@@ -39,7 +39,7 @@ pub struct Snapshot {
     pub periodic: [bool; 3],
     /// What the scene says of the faces along each axis.
     pub(crate) stated: [Option<BoundaryName>; 3],
-    /// Whether the scene says nothing of them, and no particle is near those of a periodic box.
+    /// Whether no particle is near the faces of a periodic box that is kept, of which the scene says nothing.
     pub(crate) is_alone: bool,
     /// Whether the gas is cells of a moving mesh.
     pub is_mesh: bool,
@@ -166,11 +166,8 @@ impl Snapshot {
                 2 => snapshot.summed::<2>(),
                 _ => snapshot.summed::<3>(),
             }?;
-            snapshot.field.notes.push(
-                "the particles have no density column; densities were computed by summation \
-                                       over neighbors"
-                    .into(),
-            );
+            let note = "the particles have no density column; densities were computed by summation over neighbors";
+            snapshot.field.notes.push(note.into());
             snapshot.field.variables.push(Variable {
                 name: name.into(),
                 description: None,
@@ -215,8 +212,7 @@ impl Snapshot {
         }
         let text = "the box of the file counts as periodic, but no particle is near its faces: if the body is alone there, which many files do not say, \
                     `--boundary open` keeps its angular momentum; if it is not, `--boundary periodic` says so";
-        let is_periodic = !axes.is_empty();
-        Vec::from_iter((self.is_alone && is_periodic).then(|| text.to_owned()))
+        Vec::from_iter(self.is_alone.then(|| text.to_owned()))
     }
 
     fn is_periodic(&self, axis: usize) -> bool {
@@ -383,25 +379,31 @@ fn points(table: &ParticleTable) -> Option<Vec<[f64; 3]>> {
 /// Whether particles of a periodic box end far from all of its faces: by a part of its edges, and by some spacings of the gas.
 pub(crate) fn is_alone(file: &ParticleFile) -> bool {
     let header = &file.header;
-    let tables = || file.species.iter().map(|s| &s.table).filter(|table| table.count > 0);
-    let all: Vec<Vec<[f64; 3]>> = tables().filter_map(points).collect();
-    let corner = header.box_corner.unwrap_or_default();
-    let ends = |points: &[[f64; 3]], k: usize| {
-        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| (lo.min(p[k]), hi.max(p[k])))
-    };
-    let gas = file.species.iter().find(|s| s.part_type == 0).and_then(|s| points(&s.table)).unwrap_or_default();
-    let extents = (0..header.dimension).map(|k| ends(&gas, k)).map(|(lo, hi)| hi - lo);
-    let spacing = (extents.product::<f64>() / gas.len() as f64).powf(1.0 / header.dimension as f64);
-    (0..header.dimension).all(|k| {
+    let (d, corner) = (header.dimension, header.box_corner.unwrap_or_default());
+    if !header.periodic[..d].iter().all(|is_periodic| *is_periodic) {
+        return false;
+    }
+    let ends: Vec<[[f64; 2]; 3]> = file.species.iter().map(|s| sph::array(|k| ends(&s.table, k))).collect();
+    let gas = file.species.iter().position(|s| s.part_type == 0);
+    let Some((count, ends_of_gas)) = gas.map(|i| (file.species[i].table.count, ends[i])) else { return false };
+    let volume: f64 = ends_of_gas[..d].iter().map(|[lo, hi]| hi - lo).product();
+    let spacing = (volume / count as f64).powf(1.0 / d as f64);
+    (0..d).all(|k| {
         let (edge, start) = (header.box_size[k], corner[k]);
-        let (lo, hi) = all
-            .iter()
-            .map(|p| ends(p, k))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), (a, b)| (lo.min(a), hi.max(b)));
+        let [lo, hi] = ends.iter().fold(NOWHERE, |all, of| [all[0].min(of[k][0]), all[1].max(of[k][1])]);
         let gap = edge - (hi - lo);
-        let is_within = lo >= start && hi <= start + edge;
-        header.periodic[k] && is_within && gap > ISOLATED * edge && gap > APART * spacing
+        lo >= start && hi <= start + edge && gap > ISOLATED * edge && gap > APART * spacing
     })
+}
+
+/// The ends of nothing.
+const NOWHERE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+/// The least and the largest coordinate along an axis; 0 along one that there is none of.
+fn ends(table: &ParticleTable, k: usize) -> [f64; 2] {
+    let Some(x) = table.column(particle_names::COORDINATES) else { return NOWHERE };
+    let place = |i: usize| if k < x.components { x.values.get(i * x.components + k) } else { 0.0 };
+    (0..table.count).map(place).fold(NOWHERE, |[lo, hi], x| [lo.min(x), hi.max(x)])
 }
 
 /// Whether a column is 0 throughout: initial conditions often come with densities of 0.

@@ -11,7 +11,7 @@ use super::fingerprint::Hash;
 use super::gathered::agreed;
 use crate::error::{Error, Result};
 use crate::relaxation::{Control, Particles, Snapshot, StageName, StageReport, StopReason};
-use crate::scene::{CheckpointInput, OnInterrupt, Scene};
+use crate::scene::{CheckpointInput, Scene};
 use crate::target::Target;
 use serde::{Deserialize, Serialize};
 use sph::exchange::{Alone, Exchange};
@@ -35,24 +35,27 @@ pub(super) fn remove_checkpoint(scene: &Scene, stop: StopReason) -> Option<Strin
 /// # Errors
 /// The end.
 pub(super) fn refuse_interrupted(scene: &Scene, control: &Control<'_>) -> Result<()> {
-    if !control.is_interrupted() || scene.output.on_interrupt == OnInterrupt::Write {
+    if !(control.is_interrupted() && scene.discards_interrupted()) {
         return Ok(());
     }
-    match scene.checkpoint.file.as_deref().filter(|file| is_of(file, scene)) {
-        Some(file) => Err(Error::InterruptedKept(file.into())),
-        None => Err(Error::Interrupted),
-    }
+    Err(left_by(scene).map_or(Error::Interrupted, |file| Error::InterruptedKept(file.into())))
 }
 
-/// Whether a file is a checkpoint that may belong to a run of `scene`: of several ranks' the scene is not looked at.
-pub(crate) fn is_of(file: &Path, scene: &Scene) -> bool {
-    let Ok(bytes) = checkpoint_file::read(file, &[MARK, checkpoint_parts::MARK]) else { return false };
-    let own = payload(&bytes, MARK).ok().and_then(|payload| postcard::take_from_bytes::<Origin>(payload).ok());
-    match own {
-        Some((origin, _)) => origin.scene == Origin::relevant(scene).to_yaml(),
-        None => payload(&bytes, checkpoint_parts::MARK).is_ok(),
-    }
+/// The scene's checkpoint, where there is one that may belong to it. It is not looked at as a whole, which takes seconds where particles are many; of
+/// several ranks' the scene is not known.
+pub(crate) fn left_by(scene: &Scene) -> Option<&Path> {
+    let file = scene.checkpoint.file.as_deref()?;
+    let beginning = |mark| checkpoint_file::beginning(file, mark, MOST_OF_ORIGIN);
+    let is_own = |bytes: Vec<u8>| {
+        let origin = postcard::take_from_bytes::<Origin>(&bytes);
+        origin.is_ok_and(|(origin, _)| origin.scene == Origin::relevant(scene).to_yaml())
+    };
+    let is_its = beginning(MARK).is_some_and(is_own) || beginning(checkpoint_parts::MARK).is_some();
+    is_its.then_some(file)
 }
+
+/// Bytes that what a checkpoint belongs to takes at most: most are the scene's.
+const MOST_OF_ORIGIN: u64 = 1 << 24;
 
 /// What a checkpoint belongs to.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -350,6 +353,7 @@ pub(crate) fn refuse_other_content(path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::OnInterrupt;
     use std::sync::atomic::AtomicBool;
 
     /// An interrupt where nothing is kept leaves no output, unless it is to; it names the checkpoint of what came before.

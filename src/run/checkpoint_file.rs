@@ -51,6 +51,14 @@ pub(super) fn read(path: &Path, marks: &[&[u8; 8]]) -> std::io::Result<Vec<u8>> 
     Ok(bytes)
 }
 
+/// What follows the header of a file with this `mark`, up to so many bytes: enough to see what the file belongs to, and not whether it is whole.
+pub(super) fn beginning(path: &Path, mark: &[u8; 8], most: u64) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).ok()?.take(HEADER as u64 + most).read_to_end(&mut bytes).ok()?;
+    let is_one = bytes.starts_with(mark) && number(&bytes, 8, 4) == Some(LAYOUT.into());
+    bytes.get(HEADER..).filter(|_| is_one).map(<[u8]>::to_vec)
+}
+
 /// What follows the header, if that is as it should be.
 pub(super) fn payload<'b>(bytes: &'b [u8], mark: &[u8; 8]) -> std::result::Result<&'b [u8], String> {
     if !bytes.starts_with(mark) {

@@ -42,7 +42,7 @@ use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
 use crate::relaxation::{BALANCE, CERTIFICATE, Control, Event, Particles, Step, StopReason};
-use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene, name_of};
+use crate::scene::{DEFAULT_PARTICLES, Scene, name_of};
 use crate::target::{Equilibrium, Positions};
 #[cfg(feature = "plots")]
 use sph::domain::Region;
@@ -538,7 +538,7 @@ impl Run<'_> {
         plan: &mut Plan,
     ) -> Result<Option<Displaced<D>>> {
         let Some(displacement) = displacement else { return Ok(None) };
-        let discards = self.scene.output.on_interrupt == OnInterrupt::Discard;
+        let discards = self.scene.discards_interrupted();
         let displaced = displacement.displaced(domain, positions, &|| discards && self.control.is_interrupted())?;
         self.notes.push(displaced.note.clone());
         plan.drop("relaxation after the displacement", "it would undo the displacement");

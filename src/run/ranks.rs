@@ -26,7 +26,7 @@ use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
 use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
 use crate::relaxation::{Control, Event, Step};
-use crate::scene::{DEFAULT_PARTICLES, OnInterrupt, Scene};
+use crate::scene::{DEFAULT_PARTICLES, Scene};
 use crate::seeding::Blockwise;
 use crate::target::Target;
 use sph::exchange::Exchange;
@@ -225,7 +225,7 @@ impl<'a> Run<'a> {
             return Err(Error::Numeric { stage: "measure", problem });
         }
         self.lap(Step::Measure, lap, Some(error.all_refitted.epsilon));
-        if scene.output.on_interrupt == OnInterrupt::Discard {
+        if scene.discards_interrupted() {
             self.check()?;
         }
         let stop = verdict(scene, stop, &error);

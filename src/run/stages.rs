@@ -14,7 +14,7 @@ use crate::relaxation::{
     Particles, PressureBalance, SOLVER, SolverOptions, Stage, StageName, StageReport, Start, Step, StopReason,
     TRIMMING, TrimOptions, WVT, Wvt, WvtOptions, agreed_stop, coarse_count, given_and_own,
 };
-use crate::scene::{OnInterrupt, Scene};
+use crate::scene::Scene;
 use crate::seeding::{self, Seeded, Seeding};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::exchange::{Alone, Exchange};
@@ -220,7 +220,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         if let Some(failure) = checkpoints.failure() {
             placed.notes.push(format!("the last checkpoint could not be written: {failure}"));
         }
-        if exchange.any(self.control.is_interrupted()) && scene.output.on_interrupt == OnInterrupt::Discard {
+        if exchange.any(self.control.is_interrupted()) && scene.discards_interrupted() {
             return Err(checkpoints.interrupted());
         }
         if let Some(file) = checkpoints.sealed() {
@@ -287,7 +287,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         let others = Others::Apart { held: held.0, has_jump: held.1 };
         let relaxed = relaxation::relax_new(&Holding { wvt, others }, positions, self.control);
         past.reports.extend(relaxed.reports);
-        match self.control.is_interrupted() && self.scene.output.on_interrupt == OnInterrupt::Discard {
+        match self.control.is_interrupted() && self.scene.discards_interrupted() {
             true => Err(Error::Interrupted),
             false => Ok(past.placed(relaxed.particles, 0.0)),
         }
@@ -365,7 +365,7 @@ impl<'a, const D: usize> Setting<'a, D> {
                 checkpoints.begin(&past.meta(index, name.name, false), particles);
             }
             // What is kept of other stages is what they leave.
-            let discards_interrupted = in_step && self.scene.output.on_interrupt == OnInterrupt::Discard;
+            let discards_interrupted = in_step && self.scene.discards_interrupted();
             stage = Box::new(Accepted { stage, target: self.target, judge: &judge, aim, discards_interrupted });
             self.control.tell(Event::Begin(Step::Relax(name)));
             let meta = past.meta(index, name.name, true);
@@ -375,22 +375,25 @@ impl<'a, const D: usize> Setting<'a, D> {
                 }
             };
             let relaxed = relaxation::relax(&*stage, start, &control, &mut keep)?;
-            if !in_step && relaxed.report().stop.is_cut() {
+            let stop = relaxed.report().stop;
+            if !in_step && stop.is_cut() {
                 checkpoints.leave(&past.meta(index, name.name, false), &relaxed.particles);
             }
-            let is_cut = relaxed.report().stop.is_cut();
             let mut particles = relaxed.particles;
+            let of_seeding = past.notes.len();
             past.notes.extend(relaxed.notes);
             if name == SOLVER
-                && !is_cut
-                && let Some(shells) = self.shells_alone(plan, &judge, &particles)
+                && !stop.is_cut()
+                && past.reports.is_empty()
+                && let Some((shells, notes)) = self.shells_alone(plan, &judge, &particles)
             {
-                particles = shells;
+                (particles, plan.seeding) = (shells, Seeding::Shells);
+                past.notes.splice(..of_seeding, notes);
                 past.notes.push(SHELLS_ALONE.into());
             }
             watch(name.name, &particles.positions);
             past.reports.extend(relaxed.reports);
-            if discards_interrupted && past.reports.last().is_some_and(|r| r.stop == StopReason::Interrupted) {
+            if discards_interrupted && stop == StopReason::Interrupted {
                 return Ok(past.placed(particles, of_ledger + judge.seconds()));
             }
             start = Start::New(particles);
@@ -406,15 +409,21 @@ impl<'a, const D: usize> Setting<'a, D> {
         Ok(past.placed(particles, of_ledger + judge.seconds()))
     }
 
-    /// The shells for particles that are not relaxed, where those that were chosen for the solver are what is left; none where these are no better.
-    fn shells_alone(&self, plan: &Plan, judge: &Judge<'_, D>, left: &Particles<D>) -> Option<Particles<D>> {
-        let for_solver = plan.seeding == Seeding::EqualAreaShells && self.scene.seeding.is_none();
-        if !(for_solver && plan.wvt_iterations == 0 && judge.has_refused() && self.exchange.is_alone()) {
+    /// The shells for particles that are not relaxed, with what their seeding has to say, where those that were chosen for the solver are what is left;
+    /// none where these are no better.
+    fn shells_alone(
+        &self,
+        plan: &Plan,
+        judge: &Judge<'_, D>,
+        left: &Particles<D>,
+    ) -> Option<(Particles<D>, Vec<String>)> {
+        let are_for_solver = plan.seeding == Seeding::EqualAreaShells && self.scene.seeding.is_none();
+        if !(are_for_solver && judge.has_refused() && self.exchange.is_alone()) {
             return None;
         }
-        let seeded = seeding::seed(&self.target, Seeding::Shells, self.scene.seed).ok()?;
-        let shells = seeded.positions.into();
-        judge.prefers(&shells, left).then_some(shells)
+        let Seeded { positions, notes } = seeding::seed(&self.target, Seeding::Shells, self.scene.seed).ok()?;
+        let shells = positions.into();
+        judge.prefers(&shells, left).then_some((shells, notes))
     }
 
     /// What measuring so many particles before a stage and at the end takes, roughly.

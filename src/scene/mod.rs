@@ -358,6 +358,11 @@ impl Scene {
         self.solver.aim.map(|aim| aim == AimName::Mass).or(by_input)
     }
 
+    /// Whether a run that is interrupted is to leave no particles.
+    pub(crate) fn discards_interrupted(&self) -> bool {
+        self.output.on_interrupt == OnInterrupt::Discard
+    }
+
     /// The input as reports name it.
     pub fn input_name(&self) -> String {
         match (&self.input.file, &self.input.profile, &self.input.expression) {
