@@ -29,6 +29,7 @@ mod gallery;
 mod grids;
 mod in_turn;
 mod lattices;
+mod layers;
 mod made;
 mod magnetic;
 mod marks;

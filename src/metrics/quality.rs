@@ -73,6 +73,12 @@ const REGION_SHARE: f64 = 1e-3;
 /// take about as much.
 const MISPLACED: f64 = 0.01;
 
+/// The same for what is of use where what was before it is not, by its densities: of layers thinner than a spacing their sums depend on how particles
+/// lie, and what makes them even moves a few in a hundred.
+const MISPLACED_FOR_USE: f64 = 0.03;
+/// Mean density error from which on an arrangement is of no use.
+const OF_NO_USE: f64 = 0.05;
+
 /// Particles whose surroundings are compared with the target as the kernel sees it, at most.
 const SAMPLES: usize = 4_000;
 
@@ -172,6 +178,11 @@ impl Quality {
         both.is_some_and(|(now, before)| before > LITTLE && now < GAIN * before)
     }
 
+    /// Whether its densities are of use where those of an earlier arrangement are not.
+    fn mends(&self, earlier: &Self) -> bool {
+        earlier.mean > OF_NO_USE && self.mean < GAIN * earlier.mean && self.mean < OF_NO_USE
+    }
+
     /// Whether some figure is better than that of an earlier arrangement, by more than it takes to see. Pairs that are not close are none.
     fn gains_something_on(&self, earlier: &Self) -> bool {
         let is_less = |now: f64, before: f64| now < SEEN * before;
@@ -204,6 +215,7 @@ impl Quality {
         }
         let (little, misplaced) = match aim {
             Aim::Forces | Aim::ForcesOfSolids => (FORCES_LITTLE, FORCES_LITTLE),
+            Aim::Density if self.mends(earlier) => (LITTLE, MISPLACED_FOR_USE),
             _ => (LITTLE, MISPLACED),
         };
         let (loss, epsilon_loss) = match aim {
@@ -316,6 +328,19 @@ mod tests {
         assert!(after(0.028, 4e-3).is_some());
         assert_eq!(after(0.028, 1e-4), None);
         assert!(after(0.032, 1e-4).is_some());
+    }
+
+    #[test]
+    fn more_mass_may_move_where_that_makes_densities_of_use() {
+        let after = |before, mean, deviation| {
+            let mut now = Quality { mean, ..good() };
+            now.ledger.levels[0].rms_deviation = deviation;
+            now.loss_against(&Quality { mean: before, ..good() }, Aim::Density)
+        };
+        assert_eq!(after(0.08, 0.03, 0.02), None);
+        assert!(after(0.08, 0.03, 0.04).is_some());
+        assert!(after(0.08, 0.045, 0.02).is_some());
+        assert!(after(0.04, 0.01, 0.02).is_some());
     }
 
     #[test]

@@ -20,8 +20,12 @@ use std::sync::Arc;
 /// Sharpness of the target ([`Target::sharpness`]) up to which particles aim at the target alone, and from which on at the smoothed one alone.
 const RESOLVED: f64 = 1.5;
 const UNRESOLVED: f64 = 2.0;
-/// What the error of a particle counts that aims at the smoothed target alone: some percent are enough there, and even distances matter.
-const WEIGHT: f64 = 0.1;
+/// What the error of a particle counts that aims at the smoothed target alone: some percent are enough there, and even distances matter. In space, where
+/// particles have more ways around each other, it is more: with a tenth the mass of steep bodies moved by several times as much there, while lines and
+/// planes came out with closer pairs and larger errors where it counted as much.
+const fn weight_of_unresolved(d: usize) -> f64 {
+    if d < 3 { 0.1 } else { 0.3 }
+}
 
 /// Spacings by which a particle may move before aims are looked for anew: of what is too steep for sums a gradient tells little farther off.
 const FAR: f64 = 0.05;
@@ -106,9 +110,10 @@ impl<const D: usize> Aims<D> {
         parallel::count(spacing.len(), is_far) > 0
     }
 
-    /// What its error counts, where that against the target would count `resolved`.
-    pub fn weight(&self, i: usize, resolved: f64) -> f64 {
-        resolved + self.share[i] * (WEIGHT - resolved)
+    /// What the error of a particle counts where that against the target would count `resolved`, and the target is so sharp.
+    pub fn weight(&self, i: usize, resolved: f64, sharpness: f64) -> f64 {
+        let unresolved = const { weight_of_unresolved(D) };
+        if self.is_aimed(i) { resolved + share(sharpness) * (unresolved - resolved) } else { resolved }
     }
 
     /// The number density that a particle at `x` aims at, where the target has `wanted`.

@@ -282,16 +282,16 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
         let mut weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
-        if self.normals.is_some() || self.smoothed {
-            self.take_aim(&vec![f64::INFINITY; sharpness.len()], &spacing);
-        } else {
-            self.take_aim(&sharpness, &spacing);
-        }
+        let is_sheet = self.normals.is_some();
+        let everywhere = if is_sheet || self.smoothed { vec![f64::INFINITY; sharpness.len()] } else { Vec::new() };
+        // Sums can follow the target nowhere in a sheet.
+        let unresolved = if is_sheet { &everywhere } else { &sharpness };
+        self.take_aim(if everywhere.is_empty() { &sharpness } else { &everywhere }, &spacing);
         let held = match &self.aims {
             Some(aims) => {
                 let aimed = self.aimed(&wanted).unwrap_or(wanted);
                 parallel::update(&mut spacing, |i, s| *s = target.spacing(aimed[i]));
-                parallel::update(&mut weights, |i, w| *w = aims.weight(i, *w));
+                parallel::update(&mut weights, |i, w| *w = aims.weight(i, *w, unresolved[i]));
                 Vec::new()
             }
             None => self.held(&wanted, (&sharpness, &weights)),

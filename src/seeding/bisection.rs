@@ -12,6 +12,7 @@ use crate::target::cut::{Cut, cut};
 use crate::target::matter::Matter;
 use crate::target::partition::partition;
 use crate::target::refinement::refine;
+use crate::target::sheets::{cut_sheet, is_sheet};
 use crate::target::{Positions, Surroundings, Target};
 use rand::RngExt;
 use sph::geometry::distance;
@@ -49,7 +50,7 @@ pub(super) fn place_block<const D: usize>(
     seed: u64,
     block: Range<usize>,
 ) -> Result<Positions<D>> {
-    let mut points = vec![([0.0; D], 0.0); block.len()];
+    let mut points = vec![Seed::NONE; block.len()];
     bisect(target, partition(target, target.cell_rule())?, (0..target.count, &block), &mut points);
     Ok(to_positions(&jittered(target, &points, block.start, seed)))
 }
@@ -86,7 +87,7 @@ pub(super) fn place_each<const D: usize>(target: &Target<'_, D>, seed: u64, want
         let below = |end: usize| wanted.partition_point(|number| *number < end);
         let here = &wanted[below(numbers.start)..below(numbers.end)];
         if let ([one], false) | ([one, ..], true) = (here, numbers.len() == 1) {
-            let mut points = [([0.0; D], 0.0)];
+            let mut points = [Seed::NONE];
             bisect(target, cells, (numbers, &(*one..one + 1)), &mut points);
             let seeds = jittered(target, &points, *one, seed);
             found.extend(here.iter().map(|_| seeds[0]));
@@ -121,7 +122,7 @@ pub(super) fn near<const D: usize>(
             continue;
         }
         if n <= SMALL {
-            let mut points = vec![([0.0; D], 0.0); n];
+            let mut points = vec![Seed::NONE; n];
             bisect(target, cells, (numbers.clone(), &numbers), &mut points);
             let seeds = jittered(target, &points, numbers.start, seed);
             for a in asking {
@@ -150,7 +151,8 @@ fn halved<const D: usize>(
 ) -> [(Vec<Cell<D>>, Range<usize>); 2] {
     let n = numbers.len();
     refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
-    let Cut { left, right, .. } = cut(cells, (n / 2) as f64 / n as f64);
+    let Cut { left, right, .. } =
+        cut_sheet(target, cells, n).unwrap_or_else(|cells| cut(cells, (n / 2) as f64 / n as f64));
     let middle = numbers.start + n / 2;
     [(left, numbers.start..middle), (right, middle..numbers.end)]
 }
@@ -173,38 +175,55 @@ const JITTER: f64 = 0.1;
 /// size counts.
 const SMALL_PART: f64 = 0.5;
 
-/// The points, with the sizes of their parts, from the number `first` on, jittered.
-fn jittered<const D: usize>(
-    target: &Target<'_, D>,
-    points: &[([f64; D], f64)],
-    first: usize,
-    seed: u64,
-) -> Vec<[f64; D]> {
-    parallel::map(points.len(), |i| {
-        let (x, size) = points[i];
-        let by_target = target.spacing(target.number_density(&x));
-        let spacing = if size < SMALL_PART * by_target { size } else { by_target };
+/// Where a particle of a part goes, and how far it may be moved from there along each axis, over [`JITTER`].
+#[derive(Debug, Clone, Copy)]
+struct Seed<const D: usize> {
+    x: [f64; D],
+    room: [f64; D],
+}
+
+impl<const D: usize> Seed<D> {
+    const NONE: Self = Self { x: [0.0; D], room: [0.0; D] };
+
+    fn of(target: &Target<'_, D>, cells: &[Cell<D>]) -> Self {
+        let is_sheet = is_sheet(target, cells);
+        let centers = centers(target, cells, is_sheet);
+        let x = representative_of(target, cells, &centers);
+        let spacing = target.spacing(target.number_density(&x));
+        if is_sheet {
+            // Of a layer thinner than a spacing no more than it is thick: that is how its particle's height was found.
+            return Self { x, room: widths(cells, &centers).map(|width| width.min(spacing)) };
+        }
+        let [lo, hi] = bounds(cells);
+        let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
+        let size = volume.powf(1.0 / D as f64);
+        Self { x, room: [if size < SMALL_PART * spacing { size } else { spacing }; D] }
+    }
+}
+
+/// The seeds from the number `first` on, jittered.
+fn jittered<const D: usize>(target: &Target<'_, D>, seeds: &[Seed<D>], first: usize, seed: u64) -> Vec<[f64; D]> {
+    parallel::map(seeds.len(), |i| {
+        let Seed { x, room } = seeds[i];
         let mut rng = keyed(seed, Purpose::SeedJitter, (first + i) as u64);
-        let mut y = x.map(|v| v + JITTER * spacing * (2.0 * rng.random::<f64>() - 1.0));
+        let mut y = sph::array(|k| x[k] + JITTER * room[k] * (2.0 * rng.random::<f64>() - 1.0));
         target.domain.wrap(&mut y);
         if target.admits(&y) { y } else { x }
     })
 }
 
-/// Places those of the particles `numbers` of a part that are `wanted`, into `out`, with the sizes of their parts.
+/// Places those of the particles `numbers` of a part that are `wanted`, into `out`.
 fn bisect<const D: usize>(
     target: &Target<'_, D>,
     mut cells: Vec<Cell<D>>,
     (numbers, wanted): (Range<usize>, &Range<usize>),
-    out: &mut [([f64; D], f64)],
+    out: &mut [Seed<D>],
 ) {
     let n = numbers.len();
     let [first, ..] = out else { return };
     if n == 1 {
         refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
-        let [lo, hi] = bounds(&cells);
-        let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
-        *first = (representative(target, &cells), volume.powf(1.0 / D as f64));
+        *first = Seed::of(target, &cells);
         return;
     }
     let [(left, before), (right, behind)] = halved(target, cells, &numbers);
@@ -223,11 +242,15 @@ fn bisect<const D: usize>(
 /// Center of mass, or, where that lies outside (a part that bends around a hole), a point in the heaviest cell whose
 /// middle is inside, or one nearby.
 pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>]) -> [f64; D] {
-    let total: f64 = cells.iter().map(|c| c.mass).sum();
-    // Of what surfaces cross, what is on one side of them.
-    let centers: Vec<[f64; D]> =
-        cells.iter().map(|c| if c.is_crossed_by_lines() { c.center_of_mass(target) } else { c.center() }).collect();
-    let mean = sph::array(|k| cells.iter().zip(&centers).map(|(c, center)| c.mass / total * center[k]).sum());
+    representative_of(target, cells, &centers(target, cells, is_sheet(target, cells)))
+}
+
+fn representative_of<const D: usize>(
+    target: &Target<'_, D>,
+    cells: &[Cell<D>],
+    centers: &[(f64, [f64; D])],
+) -> [f64; D] {
+    let mean = mean(centers);
     if target.admits(&mean) {
         return mean;
     }
@@ -243,6 +266,35 @@ pub(super) fn representative<const D: usize>(target: &Target<'_, D>, cells: &[Ce
     }
     best.map_or_else(|| nearby(target, cells, &mean).unwrap_or(mean), |(_, point)| point)
 }
+
+/// The mass of each cell of a part, and where it is.
+fn centers<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], is_sheet: bool) -> Vec<(f64, [f64; D])> {
+    let least = NEGLIGIBLE * cells.iter().map(|cell| cell.mass).sum::<f64>() / cells.len() as f64;
+    let of = |cell: &Cell<D>| match cell {
+        // Of what surfaces cross, what is on one side of them.
+        cell if cell.is_crossed_by_lines() => (cell.mass, cell.center_of_mass(target)),
+        cell if is_sheet && !cell.is_pencil && cell.mass > least => cell.mass_and_center(target),
+        cell => (cell.mass, cell.center()),
+    };
+    cells.iter().map(of).collect()
+}
+
+fn mean<const D: usize>(centers: &[(f64, [f64; D])]) -> [f64; D] {
+    let total: f64 = centers.iter().map(|(mass, _)| mass).sum();
+    sph::array(|k| centers.iter().map(|(mass, center)| mass / total * center[k]).sum())
+}
+
+/// Widths of a part along each axis: those of a uniform one with the same moments of inertia.
+fn widths<const D: usize>(cells: &[Cell<D>], centers: &[(f64, [f64; D])]) -> [f64; D] {
+    let (mean, total) = (mean(centers), centers.iter().map(|(mass, _)| mass).sum::<f64>());
+    let square = |k: usize, (cell, (mass, center)): (&Cell<D>, &(f64, [f64; D]))| {
+        mass / total * ((center[k] - mean[k]).powi(2) + (cell.hi[k] - cell.lo[k]).powi(2) / 12.0)
+    };
+    sph::array(|k| (12.0 * cells.iter().zip(centers).map(|both| square(k, both)).sum::<f64>()).sqrt())
+}
+
+/// Mass of a cell, over the mean of all, below which it does not matter where in it that is: the cells of a long tail are many.
+const NEGLIGIBLE: f64 = 0.01;
 
 /// The middle of the nearest part of the target on the line through `mean` that pencils say; none where there are none, or nothing of the target
 /// is there: a thin layer is beside the mean of pencils that are cut.

@@ -77,11 +77,16 @@ impl<const D: usize> Cell<D> {
 
     /// The center of its mass by Gauss's rule, or by lines where surfaces cross it; its own center where these find nothing.
     pub fn center_of_mass(&self, target: &dyn Matter<D>) -> [f64; D] {
+        self.mass_and_center(target).1
+    }
+
+    /// The same, with its mass by them; what it has already where they find nothing.
+    pub fn mass_and_center(&self, target: &dyn Matter<D>) -> (f64, [f64; D]) {
         let (mass, moment) = match self.across {
             Some(axis) => lines::moments(target, [&self.lo, &self.hi], axis.into(), self.lines()),
             None => gauss_moments(target, &self.lo, &self.hi, DIVISIONS),
         };
-        if mass > 0.0 { sph::array(|k| moment[k] / mass) } else { self.center() }
+        if mass > 0.0 { (mass, sph::array(|k| moment[k] / mass)) } else { (self.mass, self.center()) }
     }
 
     /// Its mass as points of no more than `limit` on lines through it, where surfaces cross it and so few lines do; none elsewhere.
@@ -171,8 +176,13 @@ impl<const D: usize> Cell<D> {
 
     /// Whether the target may be discontinuous in it.
     fn may_end(&self, target: &dyn Matter<D>) -> bool {
+        !target.is_smooth() || self.is_cut_by_region(target.domain())
+    }
+
+    /// Whether the curved surface of a domain may go through it.
+    pub fn is_cut_by_region(&self, domain: &Domain<D>) -> bool {
         let diagonal = (0..D).map(|k| (self.hi[k] - self.lo[k]).powi(2)).sum::<f64>().sqrt();
-        !target.is_smooth() || target.domain().region.is_surface_within(&self.center(), 0.5 * diagonal)
+        domain.region.is_surface_within(&self.center(), 0.5 * diagonal)
     }
 
     /// With its mass from the target.

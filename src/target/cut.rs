@@ -15,20 +15,24 @@ pub(crate) struct Cut<const D: usize> {
 /// Splits cells by a plane across the axis along which their mass is spread most, with `fraction` of the mass on the
 /// left. Cells that the plane crosses are divided.
 pub(crate) fn cut<const D: usize>(cells: Vec<Cell<D>>, fraction: f64) -> Cut<D> {
-    let (axis, about) = widest_axis(&cells, fraction, true);
-    let plane = plane_across(axis, &cells, fraction, about);
+    let along = Along::of(&cells);
+    let axis = along.parting_axis(&cells, fraction);
+    let plane = plane_across(axis, &cells, fraction, along.about(axis, fraction));
     cut_at(axis, plane, cells)
 }
 
-/// [`cut`], with the cells at the plane sliced until what of their mass is on either side is known well, and not by what part of them is.
+/// [`cut`] through as few particles as may be, with the cells at the plane sliced until what of their mass is on either side is known well, and not by
+/// what part of them is.
 pub(crate) fn cut_closely<const D: usize>(
     target: &dyn Matter<D>,
     mut cells: Vec<Cell<D>>,
     fraction: f64,
     rule: Rule,
 ) -> Cut<D> {
+    let along = Along::of(&cells);
     // Beside a jump what is thin is another region.
-    let (axis, about) = widest_axis(&cells, fraction, !target.may_jump());
+    let axis = if target.may_jump() { along.widest } else { along.least_met_axis(&cells, fraction) };
+    let about = along.about(axis, fraction);
     for _ in 0..SLICINGS {
         let plane = plane_across(axis, &cells, fraction, about);
         let crossed = (0..cells.len()).filter(|&i| cells[i].lo[axis] < plane && cells[i].hi[axis] > plane).collect();
@@ -41,16 +45,21 @@ pub(crate) fn cut_closely<const D: usize>(
 /// Halvings of the cells at a plane: each leaves a quarter of the error.
 const SLICINGS: usize = 2;
 
-fn cut_at<const D: usize>(axis: usize, plane: f64, cells: Vec<Cell<D>>) -> Cut<D> {
+/// Part of a cell that is not cut off: a plane that far from its face is at the face but for rounding, and what was cut off there would be a cell like
+/// others in all that is asked of it but its size.
+const SLIVER: f64 = 1e-6;
+
+pub(super) fn cut_at<const D: usize>(axis: usize, plane: f64, cells: Vec<Cell<D>>) -> Cut<D> {
     let mut left = Vec::with_capacity(cells.len() / 2 + 8);
     let mut right = Vec::with_capacity(cells.len() / 2 + 8);
     for cell in cells {
-        if cell.hi[axis] <= plane {
+        let (before, edge) = (plane - cell.lo[axis], cell.hi[axis] - cell.lo[axis]);
+        if before >= (1.0 - SLIVER) * edge {
             left.push(cell);
-        } else if cell.lo[axis] >= plane {
+        } else if before <= SLIVER * edge {
             right.push(cell);
         } else {
-            let share = (plane - cell.lo[axis]) / (cell.hi[axis] - cell.lo[axis]);
+            let share = before / edge;
             let (mut a, mut b) = (cell, cell);
             a.hi[axis] = plane;
             b.lo[axis] = plane;
@@ -63,38 +72,68 @@ fn cut_at<const D: usize>(axis: usize, plane: f64, cells: Vec<Cell<D>>) -> Cut<D
     Cut { axis, plane, left, right }
 }
 
-/// The axis along which halves of the mass are thickest: of a uniform box that of its longest edge. What a thin tail covers
-/// says little about where the mass is, and a cut across a steep slope leaves one half thin. But not an axis along which halves were thinner than the
-/// spacing of some particles, where another parts those from the rest: of a stratified box the sparse layers have few particles across. And about
-/// where on it `fraction` of the mass lies to the left.
-fn widest_axis<const D: usize>(cells: &[Cell<D>], fraction: f64, by_spacing: bool) -> (usize, About) {
-    let (mut total, mut moment) = (0.0, [0.0; D]);
-    for cell in cells {
-        total += cell.mass;
-        let center = cell.center();
-        (0..D).for_each(|k| moment[k] += cell.mass * center[k]);
-    }
-    let mean = moment.map(|m| m / total);
-    let mut square = [0.0; D];
-    for cell in cells {
-        let center = cell.center();
-        for k in 0..D {
-            let edge = cell.hi[k] - cell.lo[k];
-            square[k] += cell.mass * ((center[k] - mean[k]).powi(2) + edge.powi(2) / 12.0);
-        }
-    }
-    let width = square.map(|s| (12.0 * s / total).sqrt());
-    let mut along: [Binned; D] = std::array::from_fn(|k| Binned::around(mean[k], width[k]));
-    for cell in cells {
-        let (center, share) = (cell.center(), cell.mass / total);
-        along.iter_mut().zip(center).for_each(|(bins, center)| bins.add(center, share));
-    }
-    let thickness: [f64; D] = sph::array(|k| width[k] * along[k].evenness(width[k]));
-    // Equal but for rounding is equal.
-    let axis = (0..D).fold(0, |best, k| if thickness[k] > thickness[best] * (1.0 + 1e-9) { k } else { best });
-    let axis = if by_spacing { parting_axis(cells, axis) } else { axis };
-    (axis, along[axis].about(fraction))
+/// How mass is spread along each axis.
+struct Along<const D: usize> {
+    bins: [Binned; D],
+    total: f64,
+    /// The axis along which halves of the mass are thickest: of a uniform box that of its longest edge. What a thin tail covers
+    /// says little about where the mass is, and a cut across a steep slope leaves one half thin.
+    widest: usize,
 }
+
+impl<const D: usize> Along<D> {
+    fn of(cells: &[Cell<D>]) -> Self {
+        let (mut total, mut moment) = (0.0, [0.0; D]);
+        for cell in cells {
+            total += cell.mass;
+            let center = cell.center();
+            (0..D).for_each(|k| moment[k] += cell.mass * center[k]);
+        }
+        let mean = moment.map(|m| m / total);
+        let mut square = [0.0; D];
+        for cell in cells {
+            let center = cell.center();
+            for k in 0..D {
+                let edge = cell.hi[k] - cell.lo[k];
+                square[k] += cell.mass * ((center[k] - mean[k]).powi(2) + edge.powi(2) / 12.0);
+            }
+        }
+        let width = square.map(|s| (12.0 * s / total).sqrt());
+        let mut bins: [Binned; D] = std::array::from_fn(|k| Binned::around(mean[k], width[k]));
+        for cell in cells {
+            let (center, share) = (cell.center(), cell.mass / total);
+            bins.iter_mut().zip(center).for_each(|(bins, center)| bins.add(center, share));
+        }
+        let thickness: [f64; D] = sph::array(|k| width[k] * bins[k].evenness(width[k]));
+        // Equal but for rounding is equal.
+        let is_thicker = |k: usize, best: usize| thickness[k] > thickness[best] * (1.0 + 1e-9);
+        Self { bins, total, widest: (0..D).fold(0, |best, k| if is_thicker(k, best) { k } else { best }) }
+    }
+
+    /// About where `fraction` of the mass lies to the left.
+    fn about(&self, axis: usize, fraction: f64) -> About {
+        self.bins[axis].about(fraction)
+    }
+
+    /// The widest axis, but not where halves were thinner than the spacing of some particles, and another parts those from the rest: of a stratified
+    /// box the sparse layers have few particles across. Nor is a layer parted along itself for what few particles are beside it.
+    fn parting_axis(&self, cells: &[Cell<D>], fraction: f64) -> usize {
+        let axis = parting_axis(cells, self.widest);
+        let is_layer = || met(cells, axis, self.about(axis, fraction).place) > LAYER * self.total;
+        if axis == self.widest || is_layer() { self.widest } else { axis }
+    }
+
+    /// The axis that a plane across goes through the fewest particles of: those that belong to both sides.
+    fn least_met_axis(&self, cells: &[Cell<D>], fraction: f64) -> usize {
+        let met: [f64; D] = sph::array(|k| met(cells, k, self.about(k, fraction).place));
+        (0..D).fold(self.widest, |best, k| if met[k] < AS_MANY * met[best] { k } else { best })
+    }
+}
+
+/// Part of the particles that a plane goes through from which on they are one layer, of which no half is to be a part.
+const LAYER: f64 = 0.75;
+/// Of particles that planes go through this part is as many.
+const AS_MANY: f64 = 0.8;
 
 /// Particles, and by what factor there are fewer of them along another axis, from which on it is the better one.
 const SOME: f64 = 1.0;
@@ -122,6 +161,17 @@ fn thinner_than_spacing<const D: usize>(cells: &[Cell<D>]) -> [f64; D] {
         (0..D).filter(|k| volume > cell.mass * most[*k]).for_each(|k| thin[k] += cell.mass);
     }
     thin
+}
+
+/// How many particles a plane goes through: of these it is less than half a spacing away.
+fn met<const D: usize>(cells: &[Cell<D>], axis: usize, plane: f64) -> f64 {
+    let of = |cell: &Cell<D>| {
+        let (lo, hi) = (cell.lo[axis], cell.hi[axis]);
+        let reach = 0.5 * (cell.volume() / cell.mass).powf(1.0 / D as f64);
+        let within = (hi.min(plane + reach) - lo.max(plane - reach)).max(0.0);
+        cell.mass * within / (hi - lo)
+    };
+    cells.iter().map(of).sum()
 }
 
 /// Shares of the mass in bins along an axis, by the centers of cells.
@@ -178,9 +228,9 @@ const NEARLY: f64 = 0.75;
 
 /// A place that is known to a bin.
 #[derive(Clone, Copy)]
-struct About {
-    place: f64,
-    bin: f64,
+pub(super) struct About {
+    pub place: f64,
+    pub bin: f64,
 }
 
 impl About {
@@ -194,7 +244,7 @@ impl About {
 }
 
 /// Where `fraction` of the mass lies to the left: Newton on the piecewise linear cumulative mass, bracketed, from `about` there.
-fn plane_across<const D: usize>(axis: usize, cells: &[Cell<D>], fraction: f64, about: About) -> f64 {
+pub(super) fn plane_across<const D: usize>(axis: usize, cells: &[Cell<D>], fraction: f64, about: About) -> f64 {
     let (mut lo, mut hi, mut total) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
     for cell in cells {
         lo = f64::min(lo, cell.lo[axis]);

@@ -18,6 +18,7 @@ mod pencils;
 pub(crate) mod refinement;
 mod region_map;
 mod regions;
+pub(crate) mod sheets;
 mod thin;
 
 use crate::field::{Enclosure, Patch, ScalarField, Stretch, stretches};
