@@ -123,17 +123,18 @@ impl<const D: usize> Along<D> {
         if axis == self.widest || is_layer() { self.widest } else { axis }
     }
 
-    /// The axis that a plane across goes through the fewest particles of: those that belong to both sides.
+    /// The same, or the axis that a plane across goes through far fewer particles of: those that belong to both sides.
     fn least_met_axis(&self, cells: &[Cell<D>], fraction: f64) -> usize {
         let met: [f64; D] = sph::array(|k| met(cells, k, self.about(k, fraction).place));
-        (0..D).fold(self.widest, |best, k| if met[k] < AS_MANY * met[best] { k } else { best })
+        let first = parting_axis(cells, self.widest);
+        (0..D).fold(first, |best, k| if met[k] < FAR_FEWER * met[best] { k } else { best })
     }
 }
 
 /// Part of the particles that a plane goes through from which on they are one layer, of which no half is to be a part.
 const LAYER: f64 = 0.75;
-/// Of particles that planes go through this part is as many.
-const AS_MANY: f64 = 0.8;
+/// Part of the particles that a plane goes through that is far fewer.
+const FAR_FEWER: f64 = 0.5;
 
 /// Particles, and by what factor there are fewer of them along another axis, from which on it is the better one.
 const SOME: f64 = 1.0;
