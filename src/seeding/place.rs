@@ -27,7 +27,7 @@ pub fn seed<const D: usize>(target: &Target<'_, D>, seeding: Seeding, seed: u64)
     }
 }
 
-/// Seeds each region by itself, the whole number of particles that is due to it.
+/// Seeds each region by itself, the whole number of particles that is due to it; refused where the method can map to none of them.
 fn by_region<const D: usize>(
     target: &Target<'_, D>,
     regions: &Regions<'_, D>,
@@ -35,13 +35,18 @@ fn by_region<const D: usize>(
     seed: u64,
 ) -> Result<Seeded<D>> {
     let mut all = Seeded { positions: std::array::from_fn(|_| Vec::with_capacity(target.count)), notes: Vec::new() };
+    let (mut is_any_mapped, mut refused) = (false, None);
     for (region, count) in regions.counts(target.count).into_iter().enumerate().filter(|(_, count)| *count > 0) {
         let target = target.selected(regions, Selected::Region(region), count);
         let mapped = in_one(&target, seeding, seed).and_then(|seeded| check(&target, seeding.method(), seeded));
         // A region need not have the symmetry of the whole, nor be where samples are.
         let Seeded { positions, notes } = match mapped {
-            Ok(seeded) => seeded,
-            Err(_) => {
+            Ok(seeded) => {
+                is_any_mapped = true;
+                seeded
+            }
+            Err(why) => {
+                refused.get_or_insert(why);
                 let mut seeded = in_one(&target, Seeding::MassBisection, seed)?;
                 let title = seeding.method().name;
                 seeded.notes.push(format!(
@@ -54,7 +59,10 @@ fn by_region<const D: usize>(
         all.positions.iter_mut().zip(positions).for_each(|(all, one)| all.extend(one));
         all.notes.extend(notes);
     }
-    Ok(all)
+    match refused {
+        Some(why) if !is_any_mapped => Err(why),
+        _ => Ok(all),
+    }
 }
 
 /// Places the particles of a target that is one body.
