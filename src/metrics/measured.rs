@@ -15,6 +15,10 @@ use std::collections::BTreeSet;
 /// Particles that are looked at together, at most.
 const GROUP: usize = 8;
 
+/// Particles up to which sums are in double precision, which costs little: in the leaves of few, spacings at a cusp differ by more than single precision
+/// resolves.
+const FEW: usize = 1 << 12;
+
 /// Sums of every particle at its own support radius, in the particles' order. Of particles over several ranks, those of others that
 /// are seen here follow.
 pub struct Measured<const D: usize> {
@@ -29,6 +33,19 @@ pub struct Measured<const D: usize> {
     ghosts: Option<GhostTree<D>>,
     /// Masses of those of other ranks.
     foreign: Vec<f64>,
+}
+
+/// Support radii, and sums there, of the first of the `sources`, with all of `count` particles.
+fn solved<const D: usize>(
+    count: usize,
+    kernel: KernelName,
+    domain: &Domain<D>,
+    sources: &[Sources<'_, D, 1>],
+    kernel_neighbors: f64,
+) -> Vec<Solved<D>> {
+    let largest = largest_support(domain, count, kernel_neighbors);
+    let solve = if count <= FEW { solve_support_radii::<D, 1, f64> } else { solve_support_radii::<D, 1, f32> };
+    solve(kernel, domain, sources, (kernel_neighbors, Search::EXACT), largest)
 }
 
 impl<const D: usize> Measured<D> {
@@ -48,7 +65,6 @@ impl<const D: usize> Measured<D> {
             Some(Wall::Reflecting) => GhostTree::mirror(domain, positions, |i| 2.0 * guess[i]),
             _ => None,
         };
-        let largest = largest_support(domain, n, kernel_neighbors);
         let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
         let ghost_mass = ghosts.as_ref().map(|g| g.inherit(masses, 1.0)).unwrap_or_default();
         let ghost_support = vec![0.0; ghost_mass.len()];
@@ -56,8 +72,7 @@ impl<const D: usize> Measured<D> {
         if let Some(ghosts) = &ghosts {
             sources.push(Sources::new(&ghosts.tree, &ghost_support, [ghost_mass.as_slice()], Reach::Target));
         }
-        let solved =
-            solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest);
+        let solved = solved(n, kernel, domain, &sources, kernel_neighbors);
         drop(sources);
         drop((guess, mass));
         let mut support = vec![0.0; n];
@@ -86,7 +101,8 @@ impl<const D: usize> Measured<D> {
         }
         let tree = Tree::build(positions);
         let (guess, mass) = (tree.to_tree_order(guess), tree.to_tree_order(masses));
-        let largest = largest_support(domain, exchange.count(masses.len()), kernel_neighbors);
+        let count = exchange.count(masses.len());
+        let largest = largest_support(domain, count, kernel_neighbors);
         let solved = solve_within_reach(exchange, (&guess, largest), |reach| {
             let halo = Halo::new(exchange, domain, (&tree, reach), None, Sees::Targets);
             let [there] = halo.values(exchange, [[&mass, &[]]]);
@@ -94,7 +110,7 @@ impl<const D: usize> Measured<D> {
                 Sources::new(&tree, &guess, [mass.as_slice()], Reach::Target),
                 Sources::new(&halo.tree, &[], [there.as_slice()], Reach::Target),
             ];
-            solve_support_radii::<D, 1, f32>(kernel, domain, &sources, (kernel_neighbors, Search::EXACT), largest)
+            solved(count, kernel, domain, &sources, kernel_neighbors)
         });
         Self::joined(exchange, domain, positions, (&tree, &mass), &solved)
     }

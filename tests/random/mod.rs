@@ -85,6 +85,12 @@ fn more_random_scenes_are_what_they_should_be() {
     check(&quick(FEW..MORE), false);
 }
 
+/// Two particles at a cusp, 1e-7 of the others' spacing apart: single precision resolves that to a thousandth.
+#[test]
+fn densities_at_a_cusp_are_those_of_its_particles() {
+    check(&[763, 1709].map(Drawn::new), false);
+}
+
 /// The scenes that `SPH_PREP_SCENES` names, or as many as are worth a night.
 #[test]
 #[ignore = "long: hours for all of them"]
