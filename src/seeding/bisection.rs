@@ -1,5 +1,6 @@
 //! Mass bisection: the domain is cut again and again, each side with its share of the particles and the same
-//! share of the mass, until every part has one particle, which goes to the part's center of mass.
+//! share of the mass, until every part has one particle, which goes to the part's center of mass. A layer thinner than the spacing of its particles
+//! is cut into columns ([`crate::target::sheets`]).
 //!
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
