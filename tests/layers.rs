@@ -1,26 +1,22 @@
 //! Layers thinner than the spacing of particles: an even sheet at the height of their mass.
 
-use crate::seeding::Density;
+use crate::seeding::{Density, closest};
 use sph::domain::{Axis, Domain, Region};
 use sph_prep::seeding::{Seeding, seed};
-use sph_prep::target::{Positions, Target, at};
+use sph_prep::target::{Positions, Target};
 use sph_prep::{Control, FORMATS, Scene, place};
 
-fn seeds<F: Fn(&[f64; 3]) -> f64 + Send + Sync>(
-    domain: &Domain<3>,
-    density: F,
-    mass: f64,
-    count: usize,
-) -> Positions<3> {
-    let density = Density(density);
-    let target = Target::of_equal_masses(domain, &density, count, mass);
-    seed(&target, Seeding::MassBisection, 0).unwrap().positions
-}
+/// Scale height of the layer, in widths of its box.
+const HEIGHT: f64 = 0.0025;
 
-/// Smallest distance of two of the particles.
-fn closest(domain: &Domain<3>, x: &[[f64; 3]]) -> f64 {
-    let distance = |i: usize, j: usize| domain.displacement(&x[i], &x[j]).iter().map(|v| v * v).sum::<f64>().sqrt();
-    (1..x.len()).flat_map(|i| (0..i).map(move |j| (i, j))).fold(f64::INFINITY, |m, (i, j)| m.min(distance(i, j)))
+/// Seeds of a layer that falls exponentially from the floor of a box that is periodic along it.
+fn layer(count: usize) -> (Domain<3>, Positions<3>) {
+    let axes = [Axis::Periodic, Axis::Periodic, Axis::OPEN];
+    let domain = Domain::new([0.0; 3], [1.0; 3], axes, Region::Box).unwrap();
+    let density = Density(|x: &[f64; 3]| (-x[2] / HEIGHT).exp());
+    let target = Target::of_equal_masses(&domain, &density, count, HEIGHT);
+    let positions = seed(&target, Seeding::MassBisection, 0).unwrap().positions;
+    (domain, positions)
 }
 
 /// Particles of a layer that falls by a factor e within a fourth of the spacing at its foot are each of a whole column, so that all are at its mean
@@ -28,13 +24,11 @@ fn closest(domain: &Domain<3>, x: &[[f64; 3]]) -> f64 {
 /// rule has the mass of cells to a percent. By the centers of cells the mean was 1.19.
 #[test]
 fn particles_of_a_thin_layer_are_at_the_height_of_its_mass() {
-    let axes = [Axis::Periodic, Axis::Periodic, Axis::OPEN];
-    let domain = Domain::new([0.0; 3], [1.0; 3], axes, Region::Box).unwrap();
-    let (count, height) = (2000, 0.0025);
-    let x = seeds(&domain, |x| (-x[2] / height).exp(), height, count);
-    let mean = x[2].iter().sum::<f64>() / count as f64 / height;
+    let count = 2000;
+    let (_, x) = layer(count);
+    let mean = x[2].iter().sum::<f64>() / count as f64 / HEIGHT;
     assert!((mean - 1.0).abs() < 0.025, "mean height {mean}");
-    let highest = x[2].iter().fold(0.0_f64, |m, z| m.max(*z)) / height;
+    let highest = x[2].iter().fold(0.0_f64, |m, z| m.max(*z)) / HEIGHT;
     assert!((1.0..1.5).contains(&highest), "the highest at {highest}");
 }
 
@@ -42,12 +36,9 @@ fn particles_of_a_thin_layer_are_at_the_height_of_its_mass() {
 /// spacing, and columns were cut across. Halves of a square column are 0.7 spacings wide, and jitter takes 0.2 spacings of the target, 0.15 of the sheet.
 #[test]
 fn thin_layers_are_cut_along_and_not_across() {
-    let axes = [Axis::Periodic, Axis::Periodic, Axis::OPEN];
-    let domain = Domain::new([0.0; 3], [1.0; 3], axes, Region::Box).unwrap();
-    let (count, height) = (2500, 0.0025);
-    let x = seeds(&domain, |x| (-x[2] / height).exp(), height, count);
-    let all: Vec<[f64; 3]> = (0..count).map(|i| at(&x, i)).collect();
-    let least = closest(&domain, &all) * (count as f64).sqrt();
+    let count = 2500;
+    let (domain, x) = layer(count);
+    let least = closest(&domain, &x) * (count as f64).sqrt();
     assert!(least > 0.5, "the closest are {least} spacings of the sheet apart");
 }
 

@@ -55,7 +55,7 @@ fn tube<const D: usize>() -> Domain<D> {
 }
 
 /// Smallest distance of two particles; 1 for a single one.
-fn closest<const D: usize>(domain: &Domain<D>, x: &Positions<D>) -> f64 {
+pub(crate) fn closest<const D: usize>(domain: &Domain<D>, x: &Positions<D>) -> f64 {
     let n = x[0].len();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| x[0][a].total_cmp(&x[0][b]));

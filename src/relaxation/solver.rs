@@ -355,8 +355,7 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
         let ends = trace.history.first().zip(trace.history.last());
         // Cut short, the last stretch may not have made up yet for what the first gave away. Where smoothed densities are the aim, others say
         // nothing of what it has come to.
-        let is_short = stop.is_cut() || !options.smoothed && stop != StopReason::Stagnated;
-        let is_short = schedule.len() > 1 && is_short;
+        let is_short = schedule.len() > 1 && (stop.is_cut() || !options.smoothed && stop != StopReason::Stagnated);
         let rose = is_short && ends.is_some_and(|(first, last)| last.epsilon > first.epsilon);
         let best_iteration = ends.map_or(0, |(first, last)| if rose { first.iteration } else { last.iteration });
         let positions = if rose { before } else { last };

@@ -270,11 +270,12 @@ fn representative_of<const D: usize>(
 
 /// The mass of each cell of a part, and where it is.
 fn centers<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], is_sheet: bool) -> Vec<(f64, [f64; D])> {
-    let least = NEGLIGIBLE * cells.iter().map(|cell| cell.mass).sum::<f64>() / cells.len() as f64;
+    let mean = || cells.iter().map(|cell| cell.mass).sum::<f64>() / cells.len() as f64;
+    let least = if is_sheet { NEGLIGIBLE * mean() } else { f64::INFINITY };
     let of = |cell: &Cell<D>| match cell {
         // Of what surfaces cross, what is on one side of them.
         cell if cell.is_crossed_by_lines() => (cell.mass, cell.center_of_mass(target)),
-        cell if is_sheet && !cell.is_pencil && cell.mass > least => cell.mass_and_center(target),
+        cell if !cell.is_pencil && cell.mass > least => cell.mass_and_center(target),
         cell => (cell.mass, cell.center()),
     };
     cells.iter().map(of).collect()
@@ -317,8 +318,7 @@ fn on_line<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], mean: &[f6
 /// cuts cells in two, their middles may all lie beside it.
 fn nearby<const D: usize>(target: &Target<'_, D>, cells: &[Cell<D>], mean: &[f64; D]) -> Option<[f64; D]> {
     let domain = target.domain;
-    let lo: [f64; D] = sph::array(|k| cells.iter().map(|c| c.lo[k]).fold(f64::INFINITY, f64::min));
-    let hi: [f64; D] = sph::array(|k| cells.iter().map(|c| c.hi[k]).fold(f64::NEG_INFINITY, f64::max));
+    let [lo, hi] = bounds(cells);
     let generator = kronecker::generator::<D>();
     (0..WIDENINGS).find_map(|widening| {
         let wider = 0.5 * f64::from((1 << widening) - 1);

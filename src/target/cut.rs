@@ -158,7 +158,7 @@ fn thinner_than_spacing<const D: usize>(cells: &[Cell<D>]) -> [f64; D] {
     let most: [f64; D] = sph::array(|k| (0.5 * (hi[k] - lo[k])).powi(D as i32));
     let mut thin = [0.0; D];
     for cell in cells {
-        let volume: f64 = (0..D).map(|k| cell.hi[k] - cell.lo[k]).product();
+        let volume = cell.volume();
         (0..D).filter(|k| volume > cell.mass * most[*k]).for_each(|k| thin[k] += cell.mass);
     }
     thin
