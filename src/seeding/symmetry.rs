@@ -32,6 +32,9 @@ const SAMPLES_OF_REGION: usize = 256;
 const MOST_REGIONS: usize = 64;
 /// One of so many of them tells a share as well.
 const COARSER: usize = 4;
+/// What is next to nothing, in particles, and halvings of a way to an edge: what ends there is seen a thousandth of the way before it.
+const LEAST_PARTICLES: f64 = 1e-3;
+const HALVINGS: usize = 10;
 /// A target is uniform if its samples agree to this fraction.
 const UNIFORM: f64 = 1e-9;
 /// Deviation from a symmetry, as a fraction of the value, that interpolation of data explains ...
@@ -148,16 +151,32 @@ pub fn discontinuity_share<const D: usize>(target: &Target<'_, D>, neighbors: f6
     let near = |i: usize| {
         let here = target.number_density(&samples[i]);
         let support = target.support(here, ratio);
-        here > 0.0
+        !is_next_to_nothing(target, here)
             && !(target.sharpness(&samples[i], here, support) < 1.0)
             && target.is_discontinuous_near(&samples[i], support)
     };
     parallel::count(samples.len(), near) as f64 / samples.len().max(1) as f64
 }
 
+/// Whether all of the domain would have less than a thousandth of a particle with this number density: where what falls off becomes less than numbers can
+/// be is no edge.
+fn is_next_to_nothing<const D: usize>(target: &Target<'_, D>, number_density: f64) -> bool {
+    !(number_density * target.domain.volume() > LEAST_PARTICLES)
+}
+
+/// Whether the target has an edge on the way from `inside` it to `outside`, where it is nothing.
+fn has_edge<const D: usize>(target: &Target<'_, D>, inside: [f64; D], outside: [f64; D]) -> bool {
+    let (mut inside, mut outside) = (inside, outside);
+    for _ in 0..HALVINGS {
+        let middle = sph::array(|k| 0.5 * (inside[k] + outside[k]));
+        if target.number_density(&middle) > 0.0 { inside = middle } else { outside = middle }
+    }
+    !is_next_to_nothing(target, target.number_density(&inside))
+}
+
 /// The share of the particles, by samples, about which smoothing by `kernel` with `neighbors` changes the number density by more than
 /// `most` from what it does on average: where summed densities are the target's, so many are off the places of the mass by that. 0 where
-/// part of the domain is empty.
+/// the target has an edge within the domain.
 pub fn shifted_share<const D: usize>(target: &Target<'_, D>, kernel: KernelName, neighbors: f64, most: f64) -> f64 {
     // A kernel as three points along each axis, which have its second and, if it were a Gaussian, its fourth moment.
     let step = 0.5 * 3.0_f64.sqrt() / support_over_smoothing_length(kernel, D) * support_over_spacing(D, neighbors);
@@ -172,10 +191,12 @@ pub fn shifted_share<const D: usize>(target: &Target<'_, D>, kernel: KernelName,
             target.number_density(&y)
         };
         let change = |k: usize| (beside(k, 1.0) + beside(k, -1.0) - 2.0 * here) / (6.0 * here);
-        (here, if here > 0.0 { (0..D).map(change).sum() } else { 0.0 })
+        (here, if is_next_to_nothing(target, here) { 0.0 } else { (0..D).map(change).sum() })
     };
     let changes: Vec<(f64, f64)> = parallel::map(samples.len(), |i| change(&samples[i]));
-    if changes.iter().any(|(weight, _)| *weight <= 0.0) {
+    let densest = (0..samples.len()).fold(0, |best, i| if changes[i].0 > changes[best].0 { i } else { best });
+    let is_beyond = |i: usize| changes[i].0 <= 0.0 && has_edge(target, samples[densest], samples[i]);
+    if parallel::count(samples.len(), is_beyond) > 0 {
         return 0.0;
     }
     let all: f64 = changes.iter().map(|(weight, _)| weight).sum();
@@ -310,5 +331,9 @@ mod tests {
         let wave = "exp(2*cos(2*pi*x))";
         assert!(shifted::<1>(wave) > 0.2 && shifted::<2>(wave) > 0.5 && shifted::<3>(wave) > 0.8);
         assert_eq!(shifted::<3>("max(sin(2*pi*x), 0)"), 0.0);
+        // What becomes less than numbers can be has no edge.
+        let tails = "exp(-((x - 0.5)/0.01)^2)";
+        assert!(shifted::<1>(tails) > 0.2 && shifted::<2>(tails) > 0.5 && shifted::<3>(tails) > 0.8);
+        assert_eq!(shifted::<2>("max(0.04 - (x - 0.5)^2, 0)^1.5"), 0.0);
     }
 }
