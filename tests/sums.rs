@@ -47,12 +47,16 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
             let i = i as usize;
             let norm = |h: f64| WendlandC4::SIGMA[D - 1] / h.powi(D as i32);
             let (mut number, mut mass, mut gradient, mut scattered) = (0.0, 0.0, [0.0; D], [0.0; D]);
+            let (mut number_slope, mut mass_slope) = (0.0, 0.0);
             brute_force::for_each_within(&domain, &x, &at(&x, i), support_range.1, |d, j| {
                 let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
                 let (own, slope) = evaluate::<_, D>(WendlandC4, r / support[i]);
                 let other = evaluate::<_, D>(WendlandC4, r / support[j]).1;
                 number += norm(support[i]) * own;
                 mass += weight[j] * norm(support[i]) * own;
+                let by_support = norm(support[i]) * ((r / support[i]).powi(2) * slope - D as f64 * own);
+                number_slope += by_support;
+                mass_slope += weight[j] * by_support;
                 for a in 0..D {
                     let (hi, hj) = (support[i], support[j]);
                     gradient[a] += weight[j] * norm(hi) * slope / (hi * hi) * d[a];
@@ -64,6 +68,8 @@ fn compare_with_all_pairs<const D: usize>(n: usize, support_range: (f64, f64)) {
             for (got, tolerance) in [(&narrow[k], 5e-6), (&wide[k], 1e-12)] {
                 assert!((got.number_density / number - 1.0).abs() < tolerance, "{D}-D {domain:?}");
                 assert!((got.weighted / mass - 1.0).abs() < tolerance, "{D}-D {domain:?}");
+                assert!((got.slope - number_slope).abs() < 20.0 * tolerance * number, "{D}-D {domain:?}");
+                assert!((got.weighted_slope - mass_slope).abs() < 20.0 * tolerance * mass, "{D}-D {domain:?}");
                 for a in 0..D {
                     assert!((got.gradient[a] - gradient[a]).abs() < 20.0 * tolerance * scale, "{D}-D {domain:?}");
                 }

@@ -2,7 +2,7 @@
 //!
 //! With the target's points of mass ([`crate::target::mass_points`]) the smoothed density at a particle is a sum as its own is, at the
 //! support radius that belongs to it: n_s(x, H) with H = eta (kappa/n_s)^(1/d). It varies over a spacing or so, and is followed between
-//! two looks by its gradient, in ln n_s. A particle aims at n*^(1 - s) n_s^s, s going from 0 where the target is resolved to 1.
+//! two looks by its gradient along which H follows, in ln n_s. A particle aims at n*^(1 - s) n_s^s, s going from 0 where the target is resolved to 1.
 //!
 //! The pressure energy sum_i n_i/n_s,i is not at rest at n = n* where smoothing matters: int n (W n)/n_s changes by
 //! 1 + psi, psi(x) = int W(|x - y|, H(y)) n*(y)/n_s(y) d^d y, which varies about a layer. A potential -psi holds particles against that.
@@ -15,6 +15,7 @@ use sph::domain::Domain;
 use sph::kernel::KernelName;
 use sph::nearest::Nearest;
 use sph::parallel;
+use sph::sums::DensitySums;
 use std::sync::Arc;
 
 /// Sharpness of the target ([`Target::sharpness`]) up to which particles aim at the target alone, and from which on at the smoothed one alone.
@@ -29,6 +30,10 @@ const fn weight_of_unresolved(d: usize) -> f64 {
 
 /// Spacings by which a particle may move before aims are looked for anew: of what is too steep for sums a gradient tells little farther off.
 const FAR: f64 = 0.05;
+
+/// What a clump is taken for, between it and a filament, and the longest of Newton's steps, in ln H.
+const LEAST_PART: f64 = 0.2;
+const LONGEST: f64 = 1.0;
 
 /// Radii of a point within which a particle may come to be that feels it, from the first look on.
 const MARGIN: f64 = 1.5;
@@ -160,6 +165,30 @@ impl<const D: usize> Aims<D> {
         let vectors = vectors.into_iter().flatten().flatten();
         lengths.into_iter().all(|length| length == count)
             && self.share.iter().chain(&self.logarithm).chain(vectors).all(|v| v.is_finite())
+    }
+}
+
+/// n_s at a particle with one radius, and the radius that belongs to it.
+pub(super) struct Smoothed<const D: usize> {
+    pub density: f64,
+    /// With the radius that follows n_s from place to place.
+    pub gradient: [f64; D],
+    /// Newton's step from the one that it was seen with.
+    pub radius: f64,
+}
+
+impl<const D: usize> Smoothed<D> {
+    /// Of what is `seen` with the radius `support`; `radius` is that of a number density. With H ~ n_s^(-1/D) a change of n_s that would be g with H fixed is
+    /// g / (1 + d ln n_s / d ln H / D). That is 1 of what is even about a particle, 2/3 of a layer in space and 1/3 of a filament; a clump within the
+    /// kernel, of which it is nothing, has no such radius.
+    pub fn new(seen: &DensitySums<D>, support: f64, radius: impl Fn(f64) -> f64) -> Self {
+        let density = seen.weighted;
+        if !(density > 0.0) {
+            return Self { density: 0.0, gradient: [0.0; D], radius: support };
+        }
+        let part = (1.0 + seen.weighted_slope / (D as f64 * density)).max(LEAST_PART);
+        let step = ((radius(density) / support).ln() / part).clamp(-LONGEST, LONGEST);
+        Self { density, gradient: seen.gradient.map(|g| g / part), radius: support * step.exp() }
     }
 }
 
@@ -333,5 +362,36 @@ mod tests {
         check::<1>(50);
         check::<2>(400);
         check::<3>(1500);
+    }
+
+    /// n_s with its own radius, of a layer and a filament that get thinner along x, at three places: the gradient is its difference. With the radius fixed it
+    /// is 2/3 and 1/3 of that.
+    #[test]
+    fn gradients_are_those_of_the_density_at_its_own_radius() {
+        fn check<const D: usize>(text: &str) {
+            let domain = Domain::new([-1.0; D], [1.0; D], [Axis::OPEN; D], Region::Box).unwrap();
+            let field = AnalyticField::<D>::new("density", text, [0.0; D]).unwrap();
+            let mass = crate::field::total_mass(&field, &domain, 1e-4).unwrap().value;
+            let count = 2000;
+            let points = MassPoints::new(&Target::of_equal_masses(&domain, &field, count, mass)).unwrap();
+            let look = |x: f64| {
+                let place: Positions<D> = std::array::from_fn(|k| vec![if k == 0 { x } else { 0.0 }]);
+                let mut support = 0.3;
+                let step = |support: f64| {
+                    let seen = points.number_densities(KernelName::WendlandC4, &domain, (&place, &[support]), count);
+                    Smoothed::new(&seen[0], support, |n| 2.5 * n.powf(-1.0 / D as f64))
+                };
+                (0..8).for_each(|_| support = step(support).radius);
+                step(support)
+            };
+            let (left, middle, right) = (look(-0.05), look(0.0), look(0.05));
+            let difference = (right.density / left.density).ln() / 0.1;
+            let gradient = middle.gradient[0] / middle.density;
+            assert!((gradient / difference - 1.0).abs() < 0.1, "{D}-D, {text}: {gradient}, not {difference}");
+        }
+        check::<2>("exp(-x - (y/0.004)^2)");
+        check::<3>("exp(-x - (z/0.004)^2)");
+        check::<3>("exp(-x - (y^2 + z^2)/0.01^2)");
+        check::<3>("exp(-x)");
     }
 }

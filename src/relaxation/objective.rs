@@ -1,6 +1,6 @@
 //! The function that the density solver minimizes, and its gradient, see [`super::solver`].
 
-use super::aim::{Aims, Points, share};
+use super::aim::{Aims, Points, Smoothed, share};
 use super::arrangement::Arrangement;
 use super::fit::{Fit, fit_among, interior_among, resolved};
 use super::hold::{Held, Hold};
@@ -206,12 +206,9 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
                 Some(points) => points.number_densities(*kernel, domain, (positions, &looked), target.count),
                 None => return false,
             };
-            found = parallel::map(sums.len(), |i| (sums[i].weighted, sums[i].gradient));
-            parallel::update(&mut support, |i, h| {
-                if found[i].0 > 0.0 {
-                    *h = radius(found[i].0)
-                }
-            });
+            let steps = parallel::map(sums.len(), |i| Smoothed::new(&sums[i], support[i], radius));
+            found = parallel::map(steps.len(), |i| (steps[i].density, steps[i].gradient));
+            parallel::update(&mut support, |i, h| *h = steps[i].radius);
         }
         if is_first {
             self.points.strengthen(*kernel, domain, (positions, &support), (target.count, |i| aims.is_aimed(i)));
@@ -434,8 +431,7 @@ const FEW_UNRESOLVED: f64 = 0.01;
 /// Support radii from an open edge within which the target may not be resolved because of it.
 const AT_AN_END: f64 = 1.5;
 
-/// Steps towards the support radius that belongs to a smoothed density, at first; later looks go on from there. Of a layer each leaves a third
-/// of the error, of a filament two.
+/// Steps towards the support radius that belongs to a smoothed density, at first; later looks go on from there.
 const STEPS: usize = 6;
 
 /// Step of the differences of the target, in spacings: truncation and rounding both stay below 1e-6.

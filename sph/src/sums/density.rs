@@ -19,13 +19,15 @@ pub struct DensitySums<const D: usize> {
     pub slope: f64,
     /// sum w_b W; equals the number density where there are no weights.
     pub weighted: f64,
+    /// d weighted / d ln H at fixed positions.
+    pub weighted_slope: f64,
     /// sum w_b grad_a W, the gradient of the weighted sum at fixed H.
     pub gradient: [f64; D],
 }
 
 impl<const D: usize> Default for DensitySums<D> {
     fn default() -> Self {
-        Self { number_density: 0.0, slope: 0.0, weighted: 0.0, gradient: [0.0; D] }
+        Self { number_density: 0.0, slope: 0.0, weighted: 0.0, weighted_slope: 0.0, gradient: [0.0; D] }
     }
 }
 
@@ -56,7 +58,7 @@ pub(super) fn density_sums<const D: usize, const C: usize, K: Kernel, R: Real, S
     let length = batch.unit().length;
     let inverse = R::splat(simd, R::from_f64(length / support));
     let zero = R::splat(simd, R::from_f64(0.0));
-    let (mut sum, mut bend, mut weighted, mut gradient) = (zero, zero, zero, [zero; D]);
+    let (mut sum, mut bend, mut weighted, mut weighted_bend, mut gradient) = (zero, zero, zero, zero, [zero; D]);
     for j in 0..xs[0].len() {
         let (d, q) = separation::<D, R, S>(simd, &xs, &target, inverse, j);
         let (value, slope) = kernel.shape::<D, R, S>(simd, q);
@@ -66,7 +68,9 @@ pub(super) fn density_sums<const D: usize, const C: usize, K: Kernel, R: Real, S
             slope
         } else {
             weighted = R::mul_add(simd, channels[0][j], value, weighted);
-            R::mul(simd, channels[0][j], slope)
+            let pull = R::mul(simd, channels[0][j], slope);
+            weighted_bend = R::mul_add(simd, R::mul(simd, q, q), pull, weighted_bend);
+            pull
         };
         for k in 0..D {
             gradient[k] = R::mul_add(simd, d[k], pull, gradient[k]);
@@ -80,10 +84,17 @@ pub(super) fn density_sums<const D: usize, const C: usize, K: Kernel, R: Real, S
     for k in 0..D {
         slopes[k] = norm * weight * length / (support * support) * R::sum(simd, gradient[k]);
     }
+    let slope = norm * (R::sum(simd, bend) - D as f64 * R::sum(simd, sum));
+    let weighted = R::sum(simd, weighted);
     DensitySums {
         number_density,
-        slope: norm * (R::sum(simd, bend) - D as f64 * R::sum(simd, sum)),
-        weighted: if C == 0 { number_density } else { norm * weight * R::sum(simd, weighted) },
+        slope,
+        weighted: if C == 0 { number_density } else { norm * weight * weighted },
+        weighted_slope: if C == 0 {
+            slope
+        } else {
+            norm * weight * (R::sum(simd, weighted_bend) - D as f64 * weighted)
+        },
         gradient: slopes,
     }
 }
