@@ -27,6 +27,7 @@ mod force_tests;
 mod gradient_tests;
 mod hold;
 mod interfaces;
+mod layers;
 mod lbfgs;
 mod newton;
 mod objective;

@@ -5,6 +5,7 @@ use super::arrangement::Arrangement;
 use super::fit::{Fit, fit_among, interior_among, resolved};
 use super::hold::{Held, Hold};
 use super::interfaces::Interfaces;
+use super::layers::Layers;
 use crate::target::at;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, support_over_spacing};
@@ -26,8 +27,8 @@ pub(super) struct Objective<'a, const D: usize, R> {
     /// Where the target is not resolved; none where it is.
     pub aims: Option<Aims<D>>,
     pub points: Points<D>,
-    /// Across a region that is thinner than a spacing, at each particle, which moves along it; none of any other.
-    pub normals: Option<Vec<[f64; D]>>,
+    /// Particles that move along layers thinner than their spacing; none where there are none.
+    pub layers: Option<Layers<D>>,
     /// Which particles stay, of a block of a target.
     pub holds: Option<Held>,
     /// Kappa of all blocks, where it is known: then it is that of this one.
@@ -119,7 +120,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             evaluations: 0,
             aims: None,
             points: Points::unknown(),
-            normals: None,
+            layers: None,
             holds: None,
             common: None,
         }
@@ -142,8 +143,9 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let ratio = self.arrangement.ratio();
         let spacing = self.arrangement.target_supports().into_iter().map(|h| h / ratio).collect::<Vec<f64>>();
         let exchange = self.arrangement.exchange();
-        self.normals = self.arrangement.interfaces().and_then(|found| found.normals_if_thin(exchange, &spacing));
-        if self.normals.is_some() {
+        let normals = self.arrangement.interfaces().and_then(|found| found.normals_if_thin(exchange, &spacing));
+        self.layers = normals.map(Layers::of_all);
+        if self.layers.is_some() {
             self.arrangement.forget_interfaces();
         }
     }
@@ -182,7 +184,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
     pub fn sort(&mut self) -> Vec<u32> {
         let order = self.arrangement.sort();
         self.aims.iter_mut().for_each(|aims| aims.reorder(&order));
-        self.normals.iter_mut().for_each(|normals| *normals = parallel::reordered(normals, &order));
+        self.layers.iter_mut().for_each(|layers| layers.reorder(&order));
         self.holds.iter_mut().for_each(|holds| holds.reorder(&order));
         order
     }
@@ -279,7 +281,10 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let ratio = support_over_spacing(D, self.arrangement.kernel_neighbors);
         let sharpness = target.sharpnesses(positions, &wanted, ratio);
         let mut weights = parallel::map(sharpness.len(), |i| resolved(sharpness[i]));
-        let is_sheet = self.normals.is_some();
+        let is_sheet = self.layers.as_ref().is_some_and(|layers| layers.are_all);
+        if !is_sheet {
+            self.layers = Layers::find(&target, positions, &wanted, |i| !(sharpness[i] < 1.0));
+        }
         let everywhere = if is_sheet || self.smoothed { vec![f64::INFINITY; sharpness.len()] } else { Vec::new() };
         // Sums can follow the target nowhere in a sheet.
         let unresolved = if is_sheet { &everywhere } else { &sharpness };
@@ -389,9 +394,8 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
                 (0..D).for_each(|k| g[k] -= frame.lambda * frame.pressure(i) * drift[k]);
             }
             *g = sph::array(|k| frame.spacing[i] * (g[k] + own * slope[k]));
-            if let Some(normals) = &self.normals {
-                let along: f64 = (0..D).map(|k| g[k] * normals[i][k]).sum();
-                (0..D).for_each(|k| g[k] -= along * normals[i][k]);
+            if let Some(layers) = &self.layers {
+                *g = layers.along(i, *g);
             }
         });
         out

@@ -22,13 +22,14 @@
 //! steep surfaces, jumps and kinks: no arrangement has the target's density there, and chasing it would clump
 //! them. There the pressure energy alone places the particles, except within reach of a jump
 //! ([`Target::is_discontinuous_near`]): what a sum counts too much on the thin side of it would drive particles away, so those
-//! stay where the seeding and WVT have put them.
+//! stay where the seeding and WVT have put them. In layers thinner than a spacing particles move along the layer ([`super::layers`]).
 
 use super::aim::{Aims, Points};
 use super::arrangement::Arrangement;
 use super::course::Course;
 use super::hold::{Held, Hold, as_given};
 use super::interfaces::Interfaces;
+use super::layers::Layers;
 use super::lbfgs::{Lbfgs, product_among};
 use super::objective::{Evaluation, Frame, Objective};
 use super::on_ranks::{OverRanks, agreed_stop};
@@ -190,7 +191,7 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
             interfaces,
             aims,
             strength,
-            normals,
+            layers,
             trace,
         } = kept;
         let Stretch { kernel, kernel_neighbors, .. } = schedule[index];
@@ -203,7 +204,7 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
         if interfaces.is_some() {
             objective.see_interfaces(interfaces);
         }
-        (objective.aims, objective.normals) = (aims, normals.map(|Rows(normals)| normals));
+        (objective.aims, objective.layers) = (aims, layers);
         objective.points.strength = strength;
         let solver = Solver::<D, R> { objective, options: &self.options, exchange, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
@@ -244,13 +245,9 @@ struct Snapshot<const D: usize> {
     /// Of the points of mass, see [`super::aim::Points`].
     strength: Option<(Vec<f64>, Vec<f64>)>,
     /// Of a region that is a sheet.
-    normals: Option<Rows<D>>,
+    layers: Option<Layers<D>>,
     trace: Trace,
 }
-
-/// A vector per particle.
-#[derive(Serialize, Deserialize)]
-struct Rows<const D: usize>(#[serde(with = "rows")] Vec<[f64; D]>);
 
 impl<const D: usize> Snapshot<D> {
     /// # Errors
@@ -273,10 +270,7 @@ impl<const D: usize> Snapshot<D> {
                 "has surfaces of another number of particles",
             )
             .holds(self.aims.as_ref().is_none_or(|a| a.is_of(count)), "has aims of another number of particles")
-            .holds(
-                self.normals.as_ref().is_none_or(|n| n.0.len() == count),
-                "has normals of another number of particles",
-            )
+            .holds(self.layers.as_ref().is_none_or(|l| l.is_of(count)), "has layers of another number of particles")
             .holds(self.descent.memory.is_of(count), "has another number of gradients than of particles")
             .result()
     }
@@ -335,7 +329,7 @@ impl<const D: usize, R: Real> Running<D> for Run<'_, D, R> {
                 interfaces: self.solver.objective.arrangement.interfaces().cloned(),
                 aims: self.solver.objective.aims.clone(),
                 strength: self.solver.objective.points.strength.clone(),
-                normals: self.solver.objective.normals.clone().map(Rows),
+                layers: self.solver.objective.layers.clone(),
                 trace: self.solver.trace.kept(),
             },
             to,

@@ -21,6 +21,7 @@ use super::arrangement::{Arrangement, SORT_INTERVAL};
 use super::fit::{fit_among, interior_among, resolved};
 use super::hold::{Held, Hold, as_given};
 use super::interfaces::Interfaces;
+use super::layers::Layers;
 use super::objective::STEEP;
 use super::on_ranks::{OverRanks, agreed_stop};
 use super::pairs::{COINCIDENT, part_pairs_among};
@@ -217,6 +218,9 @@ impl<const D: usize> Wvt<'_, D> {
         self.see_interfaces(&mut state, None);
         state.share(exchange, Sees::Targets);
         let count = state.len();
+        let is_unresolved = |i: usize| sharpness.get(order[i] as usize).is_some_and(|s| !(*s < 1.0));
+        let sorted = parallel::reordered(&density, &order);
+        let layers = Layers::find(&self.target, state.positions(), &sorted, is_unresolved);
         let held = others.map(|others| Held::new(order.clone(), &others.holds()));
         Relaxation {
             weights: parallel::map(count, |i| {
@@ -236,6 +240,7 @@ impl<const D: usize> Wvt<'_, D> {
             iteration: 0,
             excess: vec![0.0; count],
             memory: vec![0.0; count],
+            layers,
             best: Best { epsilon: f64::INFINITY, iteration: 0, positions: state.positions().clone() },
             trace,
             state,
@@ -250,7 +255,7 @@ impl<const D: usize> Wvt<'_, D> {
 
     /// As it was kept.
     fn resumed<'s>(&'s self, kept: Snapshot<D>, exchange: &'s dyn Exchange) -> Relaxation<'s, D> {
-        let Snapshot { iteration, positions, moves, excess, memory, weights, best, interfaces, trace } = kept;
+        let Snapshot { iteration, positions, moves, excess, memory, weights, layers, best, interfaces, trace } = kept;
         let (neighbors, mirrored) = (self.options.kernel_neighbors, self.target.domain.mirrored());
         let mut state = Arrangement::of_sorted(self.kernel, self.target, mirrored, positions, moves, neighbors);
         self.see_interfaces(&mut state, interfaces);
@@ -265,6 +270,7 @@ impl<const D: usize> Wvt<'_, D> {
             excess,
             memory,
             weights,
+            layers,
             best,
             trace,
             order: None,
@@ -290,6 +296,7 @@ struct Snapshot<const D: usize> {
     excess: Vec<f64>,
     memory: Vec<f64>,
     weights: Vec<f64>,
+    layers: Option<Layers<D>>,
     best: Best<D>,
     /// Of a region that is relaxed by itself.
     interfaces: Option<Interfaces>,
@@ -306,6 +313,7 @@ impl<const D: usize> Snapshot<D> {
             .scalars("the density excess", &self.excess)
             .scalars("the memory of it", &self.memory)
             .scalars("weights", &self.weights)
+            .holds(self.layers.as_ref().is_none_or(|l| l.is_of(count)), "has layers of another number of particles")
             .holds(
                 self.interfaces.as_ref().is_none_or(|i| i.is_of::<D>(count)),
                 "has surfaces of another number of particles",
@@ -328,6 +336,7 @@ struct Relaxation<'a, const D: usize> {
     memory: Vec<f64>,
     /// Whether a particle could have the target's density where it began; 0 for those that stay there.
     weights: Vec<f64>,
+    layers: Option<Layers<D>>,
     best: Best<D>,
     trace: Trace,
     /// Where particles come out as they were given.
@@ -386,6 +395,7 @@ impl<const D: usize> Running<D> for Relaxation<'_, D> {
                 excess: self.excess.clone(),
                 memory: self.memory.clone(),
                 weights: self.weights.clone(),
+                layers: self.layers.clone(),
                 best: self.best.clone(),
                 interfaces: self.state.interfaces().cloned(),
                 trace: self.trace.kept(),
@@ -428,6 +438,7 @@ impl<const D: usize> Relaxation<'_, D> {
         for values in [&mut self.excess, &mut self.memory, &mut self.weights] {
             *values = parallel::reordered(values, &order);
         }
+        self.layers.iter_mut().for_each(|layers| layers.reorder(&order));
         if let Some(own) = &mut self.order {
             own.now.reorder(&order);
         }
@@ -507,13 +518,13 @@ impl<const D: usize> Relaxation<'_, D> {
     /// Moves all particles; returns the largest displacement in spacings.
     fn displace(&mut self, pushes: &[Push<D>], support: &[f64], step: f64) -> f64 {
         let ratio = self.state.ratio();
-        let weights = &self.weights;
+        let (weights, layers) = (&self.weights, self.layers.as_ref());
         self.state.shift(|i, from| {
             if weights[i] == 0.0 {
                 return (from, 0.0);
             }
             let spacing = support[i] / ratio;
-            let shift = pushes[i].shift;
+            let shift = layers.map_or(pushes[i].shift, |layers| layers.along(i, pushes[i].shift));
             let size = step * shift.iter().map(|s| s * s).sum::<f64>().sqrt();
             let limited = if size > MAX_STEP { MAX_STEP / size } else { 1.0 };
             (sph::array(|k| from[k] + limited * step * spacing * shift[k]), size * limited)

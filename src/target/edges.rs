@@ -80,19 +80,6 @@ impl<const D: usize> Target<'_, D> {
         (0..D).any(is_near) || domain.region.wall() == Some(Wall::Open) && domain.region.is_surface_within(x, reach)
     }
 
-    /// The axis along which the target is a layer thinner than two spacings at `x`: it falls by more than a factor e within one to both sides, for a
-    /// `spacing`. Beyond an edge it is nothing.
-    pub fn thin_along(&self, x: &[f64; D], spacing: f64) -> Option<usize> {
-        let least = self.number_density(x) / std::f64::consts::E;
-        let falls = |k: usize, step: f64| {
-            let mut y = *x;
-            y[k] += step;
-            self.domain.wrap(&mut y);
-            !self.domain.contains(&y) || self.number_density(&y) < least
-        };
-        (0..D).find(|&k| falls(k, spacing) && falls(k, -spacing))
-    }
-
     /// |grad ln n*| times `support`: the logarithm of the change over a support radius.
     pub fn steepness(&self, x: &[f64; D], support: f64) -> f64 {
         support * self.log_gradient(x, GRADIENT_STEP * support).iter().map(|g| g * g).sum::<f64>().sqrt()
@@ -123,7 +110,7 @@ impl<const D: usize> Target<'_, D> {
     }
 
     /// ln n* at a distance `h` from `x`; `None` outside of the domain, or of the region that this is the target of.
-    fn logarithm_along(&self, x: &[f64; D], way: &[f64; D], h: f64) -> Option<f64> {
+    pub(super) fn logarithm_along(&self, x: &[f64; D], way: &[f64; D], h: f64) -> Option<f64> {
         let mut y: [f64; D] = sph::array(|k| x[k] + h * way[k]);
         self.domain.wrap(&mut y);
         self.density_inside(&y).map(f64::ln)

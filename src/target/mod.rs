@@ -8,6 +8,7 @@ mod components;
 mod contacts;
 pub(crate) mod cut;
 mod edges;
+mod layers;
 mod lines;
 mod locator;
 pub(crate) mod mass_points;
