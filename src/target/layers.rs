@@ -19,10 +19,13 @@ impl<const D: usize> Target<'_, D> {
     }
 
     /// The unit normal of the layer thinner than a `spacing` that the target is at `x`: it falls by more than a factor e within half of that to both
-    /// sides. None where it does so along no line, or along all.
+    /// sides. None where it does so along no line, or along all, or is nothing.
     pub fn layer_normal(&self, x: &[f64; D], spacing: f64) -> Option<[f64; D]> {
         let reach = (HALF * spacing).min(0.25 * self.domain.size());
         let here = self.number_density(x).ln();
+        if !here.is_finite() {
+            return None;
+        }
         let change =
             |way: &[f64; D], h: f64| self.logarithm_along(x, way, h).map_or(-DEEPEST, |l| (l - here).max(-DEEPEST));
         let falls = |way: &[f64; D]| change(way, reach) < -1.0 && change(way, -reach) < -1.0;
@@ -86,6 +89,7 @@ mod tests {
             let clump: Vec<String> = (0..D).map(|k| format!("{}^2", names[k])).collect();
             assert_eq!(find(&format!("exp(-({})/0.0001)", clump.join("+")), [0.0; D], 0.04), None);
             assert_eq!(find("exp(-x)", [0.0; D], 0.04), None);
+            assert_eq!(find("if(x > 0.01, 1, 0)", [0.0; D], 0.04), None);
         }
         check::<2>([0.0, 1.0]);
         check::<2>([0.6, -0.8]);
