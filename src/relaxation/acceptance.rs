@@ -4,6 +4,7 @@
 //! thinner than a spacing, vacuum. Acceptance is decided by the measure at the end of a run, over all particles.
 
 use super::contacts::part_contacts;
+use super::crowding::{CROWDED, part_crowded};
 use super::pairs::{PAIRED, part_crowded_pairs};
 use super::report::{Progress, StageName, StopReason};
 use super::stage::{Particles, Relaxed, Running, Stage};
@@ -56,6 +57,12 @@ impl<'a, const D: usize> Judge<'a, D> {
     /// Whether other particles are no worse than those accepted last, and better in something; their figures are then those to be kept.
     pub fn prefers(&self, other: &Particles<D>, accepted: &Particles<D>) -> bool {
         self.loss(accepted, other, Aim::Density).is_none()
+    }
+
+    /// That of the particles accepted last, in spacings.
+    fn closest_pair(&self) -> f64 {
+        let accepted = self.accepted.lock().unwrap_or_else(PoisonError::into_inner);
+        accepted.as_ref().map_or(f64::INFINITY, |quality| quality.closest_pair)
     }
 
     fn timed(&self, particles: &Particles<D>) -> Quality {
@@ -167,15 +174,17 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
         relaxed.notes.extend(part(exchange, &target, &mut relaxed.particles.positions));
         let met = stage.aim == Aim::Density && stop == StopReason::ToleranceReached;
         let aim = if met { Aim::DensityMet } else { stage.aim };
-        // What lies too close across a surface may be all that is wrong.
         let mut loss = stage.judge.loss(&before, &relaxed.particles, aim);
-        if loss.is_some()
-            && stage.aim == Aim::Density
-            && stop != StopReason::Interrupted
-            && let Some(parted) = stage.parted(&relaxed.particles)
-            && stage.judge.loss(&before, &parted, aim).is_none()
-        {
-            (loss, relaxed.particles) = (None, parted);
+        // What lies too close may be all that is wrong.
+        let parts = stage.aim == Aim::Density && stop != StopReason::Interrupted;
+        for part in [part_contacts as Part<D>, part_crowded] {
+            if parts
+                && loss.is_some()
+                && let Some(parted) = stage.parted(&relaxed.particles, part)
+                && stage.judge.loss(&before, &parted, aim).is_none()
+            {
+                (loss, relaxed.particles) = (None, parted);
+            }
         }
         stage.judge.refused.store(loss.is_some(), Ordering::Relaxed);
         if let Some((loss, seeds)) = loss {
@@ -186,31 +195,38 @@ impl<const D: usize> Running<D> for Watched<'_, D> {
                 report.best_iteration = report.history.first().map_or(0, |p| p.iteration);
             }
         }
-        if stage.aim == Aim::Density && stop != StopReason::Interrupted {
-            stage.part_contacts(&mut relaxed.particles);
+        if parts {
+            stage.part(&mut relaxed.particles);
         }
         relaxed
     }
 }
 
 impl<const D: usize> Accepted<'_, D> {
-    /// Parts particles on both sides of a jump where that costs nothing else: few of them may be all that shows a density. The particles are
-    /// those that were accepted last.
-    fn part_contacts(&self, particles: &mut Particles<D>) {
-        if let Some(parted) = self.parted(particles)
-            && self.judge.loss(particles, &parted, Aim::Contacts).is_none()
-        {
-            *particles = parted;
+    /// Parts particles on both sides of a jump, and single pairs that are closer than is good, where that costs nothing else: few of them may be
+    /// all that shows a density. The particles are those that were accepted last.
+    fn part(&self, particles: &mut Particles<D>) {
+        let crowded = |judge: &Judge<'_, D>| judge.closest_pair() < CROWDED;
+        for (part, is_due) in [(part_contacts as Part<D>, true), (part_crowded, crowded(self.judge))] {
+            if is_due
+                && let Some(parted) = self.parted(particles, part)
+                && self.judge.loss(particles, &parted, Aim::Contacts).is_none()
+            {
+                *particles = parted;
+            }
         }
     }
 
-    /// With those apart that are too close across a surface; none where none are.
-    fn parted(&self, particles: &Particles<D>) -> Option<Particles<D>> {
+    /// With those apart that are too close; none where none are.
+    fn parted(&self, particles: &Particles<D>, part: Part<D>) -> Option<Particles<D>> {
         let (exchange, mut parted) = (self.judge.exchange, particles.clone());
         let target = self.target.with_count(exchange.count(particles.len()));
-        part_contacts(exchange, &target, &mut parted.positions).then_some(parted)
+        part(exchange, &target, &mut parted.positions).then_some(parted)
     }
 }
+
+/// Parts particles; says whether any moved.
+type Part<const D: usize> = fn(&dyn Exchange, &Target<'_, D>, &mut Positions<D>) -> bool;
 
 /// Moves what a stage left paired apart; a note if there was anything.
 fn part<const D: usize>(

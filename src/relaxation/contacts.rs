@@ -4,9 +4,8 @@
 //! A layer does not know where the particles of the other lie along the surface, so that some face each other across it. Moves are small parts of a
 //! spacing: spheres of the diameter that is asked for fill a third of the volume, where even random ones jam at two thirds.
 
-use super::pairs::{parted, partings_among};
+use super::separation::{Separation, near};
 use crate::target::{Positions, Target, at};
-use sph::domain::Domain;
 use sph::exchange::Exchange;
 use sph::nearest::Nearest;
 use sph::neighbors::{Halo, Sees, Tree};
@@ -19,12 +18,6 @@ const CLOSEST: f64 = 0.87;
 const ENOUGH: f64 = 0.995;
 /// How far from a surface particles part, in spacings.
 const BESIDE: f64 = 1.5;
-/// Distance over the mean spacing within which others may be in the way of those that part: they move by less than a spacing.
-const IN_THE_WAY: f64 = 2.0;
-/// Rounds after which the rest is left.
-const ROUNDS: usize = 60;
-/// No particle moves farther in a round, in its own spacing.
-const MAX_STEP: f64 = 0.1;
 
 /// Parts particles beside the surfaces between regions; says whether any moved, on whatever rank. Without surfaces, and where none are too close,
 /// positions stay as they are, bit for bit.
@@ -45,57 +38,16 @@ pub(super) fn part_contacts<const D: usize>(
     let domain = target.domain.mirrored();
     let near = near((exchange, &domain), positions, &spacing, &is_beside);
     let is_beside = across(exchange, target, positions, &spacing, (&near, &is_beside));
-    let mut layer = positions.each_ref().map(|x| near.iter().map(|&i| x[i]).collect::<Vec<f64>>());
-    let mut any = false;
-    for round in 0..ROUNDS {
-        if !exchange.any(part_once((exchange, &domain), target, &mut layer, &is_beside, round as u64)) {
-            break;
-        }
-        any = true;
-    }
-    for (place, i) in near.into_iter().enumerate() {
-        (0..D).for_each(|k| positions[k][i] = layer[k][place]);
-    }
-    any
-}
-
-/// One round: every particle beside a surface that is too close to another moves a part of the way; says whether any did.
-fn part_once<const D: usize>(
-    (exchange, domain): (&dyn Exchange, &Domain<D>),
-    target: &Target<'_, D>,
-    layer: &mut Positions<D>,
-    is_beside: &[bool],
-    round: u64,
-) -> bool {
-    let spacing = spacings(target, layer);
-    let close = (Apart::Mean, ENOUGH);
-    let found = partings_among(exchange, domain, layer, |i| CLOSEST * spacing[i], close, round);
-    let mut any = false;
-    for (i, parting) in found.into_iter().filter(|(i, parting)| parting.paired && is_beside[*i]) {
-        let from = at(layer, i);
-        if let Some(x) = parted(target, domain, &from, &parting.shift, MAX_STEP * CLOSEST * spacing[i])
-            && x != from
-        {
-            (0..D).for_each(|k| layer[k][i] = x[k]);
-            any = true;
-        }
-    }
-    any
-}
-
-/// The particles that are beside a surface, and those that may be in their way.
-fn near<const D: usize>(
-    (exchange, domain): (&dyn Exchange, &Domain<D>),
-    positions: &Positions<D>,
-    spacing: &[f64],
-    is_beside: &[bool],
-) -> Vec<usize> {
-    let reach = |i: usize| if is_beside[i] { 2.0 * IN_THE_WAY * spacing[i] } else { 0.0 };
-    let mut near = is_beside.to_vec();
-    for (i, parting) in partings_among(exchange, domain, positions, reach, (Apart::Mean, 1.0), 0) {
-        near[i] |= parting.paired;
-    }
-    (0..near.len()).filter(|&i| near[i]).collect()
+    let separation = Separation {
+        exchange,
+        domain: &domain,
+        target,
+        distance: &|layer| spacings(target, layer).into_iter().map(|s| CLOSEST * s).collect(),
+        close: (Apart::Mean, ENOUGH),
+        may_move: &is_beside,
+        way: &|_, shift| shift,
+    };
+    separation.of(positions, near)
 }
 
 /// Which of those that are `near` are beside a surface, or have a particle of another region there that is: a layer may be thinner than any look

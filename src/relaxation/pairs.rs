@@ -76,13 +76,24 @@ fn part_crowded<const D: usize>(
     if all < 2 || !exchange.any(is_paired(closer_than(exchange, &domain, positions, &spacing, PAIRED))) {
         return beside;
     }
+    let most = measured_spacings(exchange, target, positions, &spacing);
+    beside.max(part_within((exchange, may_move), target, positions, PAIRED, &most))
+}
+
+/// The spacing of each particle by the number density that their sums say, where the target's is `spacing`.
+pub(super) fn measured_spacings<const D: usize>(
+    exchange: &dyn Exchange,
+    target: &Target<'_, D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+) -> Vec<f64> {
+    let own = spacing.len();
     let (kernel, neighbors) = (KernelName::default(), default_kernel_neighbors(D));
-    let even = domain.mean_spacing(all);
+    let even = target.domain.mirrored().mean_spacing(exchange.count(own));
     let guess = support_guess::<D>(neighbors, own, |i| spacing[i].min(even));
     let measured = Measured::among(exchange, kernel, target.domain, positions, &vec![1.0; own], &guess, neighbors);
     let ratio = support_over_spacing(D, neighbors);
-    let most = parallel::map(own, |i| measured.support[i] / ratio);
-    beside.max(part_within((exchange, may_move), target, positions, PAIRED, &most))
+    parallel::map(own, |i| measured.support[i] / ratio)
 }
 
 /// Parts particles from their own images in a curved surface, which trees of particles do not hold; returns how many were so close to them.
@@ -176,9 +187,21 @@ pub(super) fn closer_than<const D: usize>(
     spacing: &[f64],
     distance: f64,
 ) -> Vec<bool> {
+    closer_than_by(Apart::Smaller, exchange, domain, positions, spacing, distance)
+}
+
+/// [`closer_than`] that of another than the smaller of their spacings.
+pub(super) fn closer_than_by<const D: usize>(
+    apart: Apart,
+    exchange: &dyn Exchange,
+    domain: &Domain<D>,
+    positions: &Positions<D>,
+    spacing: &[f64],
+    distance: f64,
+) -> Vec<bool> {
     let mut out = vec![false; spacing.len()];
     let reach = |i: usize| distance * spacing[i];
-    for (i, parting) in partings_among(exchange, domain, positions, reach, (Apart::Smaller, 1.0), 0) {
+    for (i, parting) in partings_among(exchange, domain, positions, reach, (apart, 1.0), 0) {
         out[i] = parting.paired;
     }
     out
@@ -198,7 +221,7 @@ pub(super) fn partings_among<const D: usize>(
     let reach = parallel::map(positions[0].len(), |place| reach(tree.order()[place] as usize));
     let (sees, whose) = match apart {
         Apart::Smaller => (Sees::Targets, Reach::Target),
-        Apart::Mean => (Sees::Either, Reach::Either),
+        Apart::Mean | Apart::Larger => (Sees::Either, Reach::Either),
     };
     let halo = (!exchange.is_alone()).then(|| {
         let halo = Halo::new(exchange, domain, (&tree, &reach), None, sees);

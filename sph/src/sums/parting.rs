@@ -33,6 +33,8 @@ pub enum Apart {
     Smaller,
     /// The mean, of which each goes a part in proportion to its own.
     Mean,
+    /// The larger, likewise.
+    Larger,
 }
 
 /// Channel 0: the distance up to which a particle wants to be apart.
@@ -59,6 +61,7 @@ impl<const D: usize> LeafPass<D, 1, f64> for PartingPass {
                 let (apart, share) = match self.apart {
                     Apart::Smaller => (own.min(other) / unit.length, 0.5),
                     Apart::Mean => (0.5 * (own + other) / unit.length, own / (own + other)),
+                    Apart::Larger => (own.max(other) / unit.length, own / (own + other)),
                 };
                 let r2 = (0..D).map(|k| (x[k] - target[k]).powi(2)).sum::<f64>();
                 if r2 < NO_DIRECTION * apart * apart {
