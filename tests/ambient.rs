@@ -554,3 +554,48 @@ fn bodies_that_overlap_across_a_periodic_box_are_refused() {
     let said = of(&[ball_of("a", 1.2, 0.0), ball_of("b", 0.5, 3.0)], periodic).expect_err("it overlaps its own image");
     assert!(["bodies[a]", "and its own image overlap across"].iter().all(|w| said.contains(w)), "{said}");
 }
+
+/// What a body's domain has of vacuum is the medium's: the mass in a box of edge 4, 3 or 2 less a ball of 0.5 is there to the particle, and particles come as
+/// near to the body as spacings let them. The domain was cut out, with a note that all is good.
+#[test]
+fn a_medium_fills_what_a_body_leaves_of_its_domain() {
+    for d in 1..=3 {
+        let corner = |v: &str| format!("[{}]", vec![v; d].join(", "));
+        let scene = |matching: &str| {
+            let text = format!(
+                "bodies: [{{input: {{expression: 'if(r < 0.5, 1, 0)'}}, domain: {{box: [{}, {}]}}, fields: {{pressure: 1}}, particles: {}}}]\n\
+                 ambient: {{density: 0.2, match: {matching}, fields: {{pressure: 1}}}}\ndomain: {{box: [{}, {}], boundary: periodic}}\noutput: {{units: code}}\n",
+                corner("-1"),
+                corner("1"),
+                [50, 200, 300][d - 1],
+                corner("-1.5"),
+                corner("1.5")
+            );
+            placed(&Scene::parse(&text).unwrap()).unwrap()
+        };
+        let (file, _) = scene("mass");
+        let (body, medium) = (gas(&file, 1.0), gas(&file, 2.0));
+        let (found, wanted) = (medium.masses.iter().sum::<f64>(), 0.2 * (3.0_f64.powi(d as i32) - ball(d, 0.5)));
+        assert!((found - wanted).abs() < 0.51 * body.masses[0], "{d}-D: {found}, not {wanted}");
+        let (spacing, near) = ((medium.masses[0] / 0.2).powf(1.0 / d as f64), closest(&file, &body, &medium));
+        assert!(near < 1.3 * spacing, "{d}-D: {near} of {spacing}");
+        let (file, _) = scene("spacing");
+        let found: f64 = gas(&file, 2.0).masses.iter().sum();
+        assert!((found / wanted - 1.0).abs() < 1e-5, "{d}-D: {found}, not {wanted}");
+    }
+}
+
+#[test]
+fn a_medium_of_too_few_particles_to_show_is_told() {
+    let text = "bodies: [{input: {expression: '1'}, domain: {ball: {center: [0, 0, 0], radius: 0.5}}, fields: {pressure: 1}, particles: 300}]\n\
+                ambient: {density: 1e-3, fields: {pressure: 1}}\ndomain: {box: [[-2, -2, -2], [2, 2, 2]], boundary: periodic}\n";
+    let (_, report) = placed(&Scene::parse(text).unwrap()).unwrap();
+    assert!(report.warnings.iter().any(|w| w.contains("do not show a medium")), "{:?}", report.warnings);
+    assert!(report.bodies[1].figures.as_ref().unwrap().mean_error > 0.05);
+    let spaced = text.replace("density: 1e-3", "density: 1e-3, match: spacing");
+    let (_, report) = placed(&Scene::parse(&spaced).unwrap()).unwrap();
+    assert_eq!(report.warnings, Vec::<String>::new());
+    let one_mass = Scene::parse(&format!("{spaced}output: {{file: none.phantom, format: phantom}}\n")).unwrap();
+    let error = sph_prep::run_bodies(&one_mass, FORMATS, &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("ambient.match") && error.contains("take mass"), "{error}");
+}

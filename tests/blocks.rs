@@ -529,3 +529,41 @@ fn what_cannot_be_repeated_or_mapped_says_why() {
     let walled = format!("{uniform}walls: {{layers: 2}}\n");
     assert!(refused(&tile, &walled).contains("walls"));
 }
+
+/// Particles that are no gas would be missing in files that are written block by block.
+#[test]
+fn what_is_no_gas_is_refused_where_only_gas_is_written() {
+    let folder = Folder::new();
+    let snapshot = {
+        let (mut file, _) = sph_prep::place(
+            &Scene::parse("input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\nparticles: 64\npolish: none\nthermal: {internal_energy: 1}\noutput: {units: code}\n").unwrap(),
+            FORMATS,
+            &sph_prep::Control::default(),
+        )
+        .unwrap();
+        let halo = file.species[0].clone();
+        file.species.push(sph_formats::Species { part_type: 1, ..halo });
+        let path = folder.path("snapshot.hdf5");
+        sph_prep::write(FORMATS, &path, Some("gadget"), &file, sph_prep::WriteOptions::default()).unwrap();
+        path.display().to_string()
+    };
+    let refused = |text: &str, word: &str| {
+        let (scene, out) = (folder.file("scene.yaml", text), folder.path("seeds.hdf5"));
+        let [scene, out] = [&scene, &out].map(|p| p.display().to_string());
+        let outcome = sph_prep(&["seed", "--scene", &scene, "-n", "100", "--out", &out]);
+        assert!(outcome.code != Some(0) && outcome.stderr.contains(word), "{text}: {}", outcome.stderr);
+    };
+    let star =
+        "input: {profile: {polytrope: {n: 3, mass: 1, radius: 1}}, core: {radius: 0.3, gas: constant-entropy}}\n";
+    refused(star, "input.core");
+    let even = "domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [periodic]}\n";
+    refused(&format!("input: {{expression: '1', others: '{snapshot}'}}\n{even}"), "input.others");
+    refused(&format!("input: {{file: '{snapshot}'}}\n"), "64 of type 1");
+    let scene = folder.file(
+        "balanced.yaml",
+        &format!("input: {{file: '{snapshot}', other_types: drop}}\ntolerance: 1e-4\npolish: solver\n"),
+    );
+    let [scene, out] = [scene, folder.path("seeds.hdf5")].map(|p| p.display().to_string());
+    let outcome = sph_prep(&["seed", "--scene", &scene, "-n", "100", "--out", &out]);
+    assert!(outcome.code == Some(0) && outcome.stdout.contains("not relaxed: polish, tolerance"), "{outcome:?}");
+}

@@ -171,6 +171,36 @@ fn units_are_the_same_whatever_the_numbers_are_written_in() {
     assert!(a.is_number() && a == b);
 }
 
+/// Balls of an expression touch at the sum of their radii, however many particles they have; what part of its ball is vacuum ends where its particles do.
+#[test]
+fn contact_does_not_depend_on_the_number_of_particles() {
+    let touch = |count: usize, density: &str| {
+        let ball =
+            format!("{{input: {{expression: '{density}'}}, domain: {{ball: {{center: [0, 0, 0], radius: 1}}}}}}");
+        let (_, report) = placed(&format!(
+            "bodies:\n- {ball}\n- {ball}\nparticles: {count}\npolish: none\nwvt: {{iterations: 2}}\norbit: {{impact_parameter: 0, velocity_at_contact: 9, distance: 5}}\n"
+        ));
+        let meet = report.notes.iter().find_map(|n| n.split("they touch at ").nth(1)).unwrap().to_owned();
+        meet.parse::<f64>().unwrap()
+    };
+    assert_eq!([60, 400].map(|count| touch(count, "1 + 0.1*x")), [2.0; 2]);
+    assert!(touch(100, "if(r < 0.5, 1, 0)") < 1.01);
+}
+
+#[test]
+fn halos_wider_than_a_periodic_box_are_told() {
+    let text = "bodies:\n- {input: {profile: {hernquist: {mass: 1, scale_radius: 1, outer_radius: 10}}}, collisionless: true, particles: 300}\n\
+                - {point_mass: 1, type: 5, position: [1, 0, 0]}\ndomain: {box: [[-2, -2, -2], [2, 2, 2]], boundary: periodic}\noutput: {units: code}\n";
+    let (_, report) = placed(text);
+    assert!(
+        report.warnings.iter().any(|w| w.contains("body 1 is wider than the periodic box")),
+        "{:?}",
+        report.warnings
+    );
+    let (_, report) = placed(&text.replace('2', "12"));
+    assert!(!report.warnings.iter().any(|w| w.contains("wider")), "{:?}", report.warnings);
+}
+
 #[test]
 fn scenes_that_cannot_be_get_one_clear_line() {
     let ball = |extra: &str| {
@@ -208,6 +238,10 @@ fn scenes_that_cannot_be_get_one_clear_line() {
         (
             two("", ", position: [9, 0, 0]", "domain: {box: [[-2, -2, -2], [2, 2, 2]]}\n"),
             &["bodies[2]", "out of the box"],
+        ),
+        (
+            two("", ", position: [9, 0, 0]", "domain: {box: [[-5, -5, -5], [5, 5, 5]], boundary: periodic}\n"),
+            &["bodies[2]", "on axis 0, out of the periodic box"],
         ),
         (two("", ", position: [9, 0, 0]", "input: {expression: '1'}\n"), &["input", "beside `bodies`"]),
         (two("", ", input: {file: nothing.nc}", ""), &["line"]),

@@ -254,6 +254,27 @@ fn fields_that_make_no_sense_are_refused_with_their_names() {
     assert!(both.contains("both given"), "{both}");
 }
 
+/// The file would have pressures that are not those of its energies. Without the pressure, or of pressures that a scene states, all is as before.
+#[test]
+fn an_energy_for_all_particles_that_contradicts_the_inputs_pressure_is_refused() {
+    let star = |energy: &str, more: &str| {
+        format!(
+            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}{more}}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n\
+             thermal: {{internal_energy: {energy}}}\noutput: {{units: code}}\n"
+        )
+    };
+    let error = refused(&star("30", ""));
+    for word in ["thermal.internal_energy", "disagrees with pressure", "3.000000e1"] {
+        assert!(error.contains(word), "{error} lacks {word:?}");
+    }
+    let file = placed(&star("30", ", carry: []"));
+    assert!(file.species[0].table.column("Pressure").is_none());
+    assert_eq!(column(&file, "InternalEnergy")[0], [30.0]);
+    let even = "input: {expression: '2'}\ndomain: {box: [[0, 0], [1, 1]], boundary: [periodic]}\nparticles: 100\npolish: none\nfields: {pressure: 4}\n";
+    let energy = column(&placed(even), "InternalEnergy")[0][0];
+    assert!((energy - 3.0).abs() < 1e-14, "{energy}");
+}
+
 #[test]
 fn a_scene_with_fields_prints_and_reads_back() {
     let text = format!(

@@ -1,7 +1,7 @@
 //! A scene's input as relaxation uses it: in units of its own size and mass, with the thin atmosphere removed.
 
 use crate::error::{Error, Result};
-use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, mass_and_pieces, total_mass};
+use crate::field::{CarriedInfo, MassEstimate, ScalarField, Source, in_units_of, mass_and_pieces, probes, total_mass};
 use crate::input::atmosphere::{self, Cut};
 use crate::input::attractors;
 use crate::input::core::{self, Core};
@@ -23,6 +23,9 @@ use sph_formats::FormatSpec;
 
 /// Quadrature of the total mass aims at this relative error.
 const MASS_TOLERANCE: f64 = 1e-10;
+
+/// Where matter is looked for beneath a round surface, in its radii.
+const BENEATH: f64 = 0.999;
 
 /// The source in units of its own size and mass.
 pub(crate) struct Prepared<const D: usize> {
@@ -58,13 +61,24 @@ pub(crate) struct Prepared<const D: usize> {
 }
 
 impl<const D: usize> Prepared<D> {
-    /// Radius of a ball that a radial profile fills, with what was cut of its atmosphere.
+    /// Radius of a ball that the matter fills, with what was cut of its atmosphere.
     pub fn surface(&self) -> Option<f64> {
-        self.source.radial.as_ref()?;
         match self.source.domain.region {
-            Region::Ball { radius, .. } => Some(radius / self.cut.map_or(1.0, |cut| cut.radius)),
+            Region::Ball { radius, .. } if self.source.radial.is_some() || self.is_filled() => {
+                Some(radius / self.cut.map_or(1.0, |cut| cut.radius))
+            }
             _ => None,
         }
+    }
+
+    /// Whether there is matter all along the surface of a round domain, by looks at it.
+    fn is_filled(&self) -> bool {
+        let domain = &self.source.domain;
+        let Some(round) = domain.region.round() else { return false };
+        let onto = |x: [f64; D]| {
+            Some(round.distance(&x)).filter(|r| *r > 0.0).map(|r| round.scaled(&x, BENEATH * round.radius / r))
+        };
+        probes(domain).into_iter().filter_map(onto).all(|x| self.source.density.value(&x) > 0.0)
     }
 
     /// [`Prepared::new`] of the scene's input, read now.

@@ -65,6 +65,12 @@ impl Known {
         self.fields.iter().map(|f| f.0).filter(|name| *name != TEMPERATURE || self.has_weight)
     }
 
+    /// Those that give an energy but the energy itself, and its expressions by them.
+    pub fn besides_energy(&self, gamma: f64) -> Vec<(&'static str, String)> {
+        let others = self.comparable().filter(|name| *name != INTERNAL_ENERGY);
+        others.map(|name| (name, self.expression(name, gamma))).collect()
+    }
+
     /// The expression of the specific internal energy by one field.
     fn expression(&self, name: &str, gamma: f64) -> String {
         let rho = if self.has_dust { format!("(rho*(1 - {DUST_FRACTION}))") } else { "rho".to_owned() };

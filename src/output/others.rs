@@ -9,10 +9,15 @@ use sph::domain::{Axis, Domain, Region};
 use sph_formats::common::particle_names as names;
 use sph_formats::{Column, ParticleTable, Species, UnitDimension, UnitSystem, Values};
 
+/// Part of the domain's size that is no distance.
+const ROUNDING: f64 = 1e-9;
+
 /// Particles that are no gas, in internal units of length and else in the file's.
 pub(crate) struct Others<'a, const D: usize> {
     species: Vec<(&'a Species, Positions<D>)>,
     units: UnitSystem,
+    /// How many lay beyond a periodic face, and are where their images are.
+    folded: usize,
 }
 
 impl<'a, const D: usize> Others<'a, D> {
@@ -24,9 +29,10 @@ impl<'a, const D: usize> Others<'a, D> {
         let Some((species, units)) = prepared.of_snapshot.as_ref().map(|s| (&s.others, s.units)) else {
             return Ok(None);
         };
-        let placed = |species: &'a Species| Ok((species, places(species, prepared)?));
-        let species = species.iter().map(placed).collect::<Result<Vec<_>>>()?;
-        Ok((!species.is_empty()).then_some(Others { species, units }))
+        let mut folded = 0;
+        let mut placed = |species: &'a Species| Ok((species, places(species, prepared, &mut folded)?));
+        let species = species.iter().map(&mut placed).collect::<Result<Vec<_>>>()?;
+        Ok((!species.is_empty()).then_some(Others { species, units, folded }))
     }
 
     /// The box around the gas and these.
@@ -82,9 +88,24 @@ impl<'a, const D: usize> Others<'a, D> {
 
     /// In words.
     pub fn describe(&self) -> String {
+        format!("particles that are no gas go into the file as they are: {}", self.list())
+    }
+
+    /// That some are not where their file has them, if so.
+    pub fn doubt(&self) -> Option<String> {
+        (self.folded > 0).then(|| {
+            format!(
+                "{} particles that are no gas lie beyond a face of the periodic box, and come in at the other; make domain.box larger, or its boundary open",
+                self.folded
+            )
+        })
+    }
+
+    /// How many there are of each type.
+    pub fn list(&self) -> String {
         let types: Vec<String> =
             self.species.iter().map(|(s, _)| format!("{} of type {}", s.table.count, s.part_type)).collect();
-        format!("particles that are no gas go into the file as they are: {}", types.join(", "))
+        types.join(", ")
     }
 
     fn converted(&self, column: &Column, units: &UnitSystem) -> Column {
@@ -101,8 +122,15 @@ impl<'a, const D: usize> Others<'a, D> {
     }
 }
 
-/// Where the particles of a species are.
-fn places<const D: usize>(species: &Species, prepared: &Prepared<D>) -> Result<Positions<D>> {
+/// Whether a place is between the faces of all periodic axes, but for rounding.
+fn is_within_faces<const D: usize>(domain: &Domain<D>, x: &[f64; D]) -> bool {
+    let margin = ROUNDING * domain.size();
+    let is_within = |k: usize| (domain.lo[k] - margin..=domain.hi[k] + margin).contains(&x[k]);
+    (0..D).all(|k| domain.axes[k] != Axis::Periodic || is_within(k))
+}
+
+/// Where the particles of a species are; adds how many of them were beyond a periodic face.
+fn places<const D: usize>(species: &Species, prepared: &Prepared<D>, folded: &mut usize) -> Result<Positions<D>> {
     let wrong = |problem: String| Error::field(format!("Coordinates of type {}", species.part_type), problem);
     let x = species.table.column(names::COORDINATES).filter(|x| x.components >= D);
     let x = x.ok_or_else(|| wrong("are missing".into()))?;
@@ -114,7 +142,9 @@ fn places<const D: usize>(species: &Species, prepared: &Prepared<D>) -> Result<P
             return Err(wrong(format!("are {value} at particle {i}, expected finite ones")));
         }
         if domain.axes.contains(&Axis::Periodic) {
-            place = domain.wrapped(&place);
+            let within = domain.wrapped(&place);
+            *folded += usize::from(!is_within_faces(domain, &place));
+            place = within;
         }
         (0..D).for_each(|k| places[k].push(place[k]));
     }

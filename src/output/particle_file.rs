@@ -199,6 +199,8 @@ pub(crate) fn particle_file<const D: usize>(
     if let Some(others) = &others {
         let first = species.iter().map(|s| s.table.count as i64).sum::<i64>() + 1;
         notes.push(others.describe());
+        // A snapshot of a periodic box may have some beyond its faces.
+        warnings.extend(others.doubt().filter(|_| scene.input.others.is_some()));
         let moved = |places: &Positions<D>, mut own: Vec<Column>| {
             placed_columns(scene, prepared, places, (factors.length, &making.conversion), &mut own)
         };

@@ -62,7 +62,7 @@ pub(super) fn placed(
 pub(super) fn refuse_plain(scene: &Scene, has_units: bool) -> Result<()> {
     match has_units && scene.units.is_none() {
         true => {
-            let problem = "is of plain numbers, whose units are not known beside bodies that have some; state `units`, as in `units: solar`";
+            let problem = "is read in the scene's `units`, and there are none, beside bodies that have some; state them, as in `units: solar`";
             Err(Error::scene("ambient", problem))
         }
         false => Ok(()),
@@ -134,12 +134,35 @@ fn obstacles(
     Obstacles { particles, bodies: of_gas.map(body).collect(), particle_mass, matching, units }
 }
 
-/// Sums densities and support radii over all gas of a `file` together. Returns the mean error of the density, and its mean square, over the last
-/// body, which is the medium, where its kernels do not reach into others.
+/// The error of the density of a medium.
+#[derive(Default)]
+pub(super) struct Shown {
+    pub mean: f64,
+    pub mean_square: f64,
+    /// The particles that it is of: where no kernel reaches into a body, if there are any such.
+    apart: usize,
+    all: usize,
+}
+
+impl Shown {
+    /// That none of its particles shows its density, if so.
+    pub fn doubt(&self) -> Option<String> {
+        (self.apart == 0 && self.all > 0).then(|| {
+            format!(
+                "the kernels of all {} particles of the medium reach into a body, by which their densities are {:.0} % off on average: so few do not show a \
+                 medium; use ambient.match: spacing, or more particles",
+                self.all,
+                100.0 * self.mean
+            )
+        })
+    }
+}
+
+/// Sums densities and support radii over all gas of a `file` together. Returns the error of the density over the last body, which is the medium.
 ///
 /// # Errors
 /// A box that is none.
-pub(super) fn sum_together(scene: &Scene, file: &mut ParticleFile) -> Result<(f64, f64)> {
+pub(super) fn sum_together(scene: &Scene, file: &mut ParticleFile) -> Result<Shown> {
     let found = match file.header.dimension {
         1 => summed::<1>(scene, file),
         2 => summed::<2>(scene, file),
@@ -151,10 +174,10 @@ pub(super) fn sum_together(scene: &Scene, file: &mut ParticleFile) -> Result<(f6
     found
 }
 
-fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64, f64)> {
+fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<Shown> {
     let header = &file.header;
     let Some(table) = file.species.iter_mut().find(|s| s.part_type == 0).map(|s| &mut s.table) else {
-        return Ok((0.0, 0.0));
+        return Ok(Shown::default());
     };
     let numbers = |table: &ParticleTable, name: &str| table.column(name).map_or(Vec::new(), |c| c.values.to_f64());
     let (x, masses, guess) =
@@ -187,12 +210,14 @@ fn summed<const D: usize>(scene: &Scene, file: &mut ParticleFile) -> Result<(f64
     let beside = FreeSpace::new((&others, vec![None; others.len()]), &domain, &nothing, &free)?;
     // Where kernels reach into a body, sums are of both.
     let is_apart = |i: usize| beside.distance(&place(i)) > measured.support[i];
-    let errors: Vec<f64> = (0..density.len())
-        .filter(|&i| bodies.get(i) == Some(&last) && wanted.get(i).is_some_and(|w| *w > 0.0) && is_apart(i))
-        .map(|i| (density[i] / wanted[i] - 1.0).abs())
-        .collect();
-    let mean = |of: &dyn Fn(f64) -> f64| errors.iter().map(|e| of(*e)).sum::<f64>() / errors.len().max(1) as f64;
-    let found = (mean(&|e| e), mean(&|e| e * e));
+    let of_medium = |i: &usize| bodies.get(*i) == Some(&last) && wanted.get(*i).is_some_and(|w| *w > 0.0);
+    let all: Vec<usize> = (0..density.len()).filter(of_medium).collect();
+    let apart: Vec<usize> = all.iter().copied().filter(|&i| is_apart(i)).collect();
+    let seen = if apart.is_empty() { &all } else { &apart };
+    let mean = |of: &dyn Fn(f64) -> f64| {
+        seen.iter().map(|&i| of((density[i] / wanted[i] - 1.0).abs())).sum::<f64>() / seen.len().max(1) as f64
+    };
+    let found = Shown { mean: mean(&|e| e), mean_square: mean(&|e| e * e), apart: apart.len(), all: all.len() };
     for column in &mut table.columns {
         match column.name.as_str() {
             names::DENSITY => column.values = Values::F64(density.clone()),

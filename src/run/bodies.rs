@@ -23,7 +23,7 @@ use crate::output::parameters::Physics;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
 use crate::scene::{
-    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values,
+    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, MatchName, OrbitInput, Quantity, Scene, in_body, values,
 };
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
@@ -98,14 +98,6 @@ pub fn place_bodies(
         Some(relative) => notes.extend(bodies.iter_mut().filter_map(|body| stopped(body, relative))),
         None => notes.extend(bodies.iter().filter_map(moving)),
     }
-    let own = box_of(scene, common.dimension, &conversion)?;
-    overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
-    overlap::refuse_coincident_points(&bodies, &states)?;
-    let mut warnings = Vec::from_iter(scene.has_several_gases());
-    if common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some()) {
-        warnings.extend(overlap::bursting(&bodies, &states, common.gravity_in(&header.units)));
-    }
-    notes.extend(overlap::points_within(&bodies, &states));
     if relative.is_some() {
         let (center, velocity) = assembly::center_of_mass(&bodies, &states);
         for state in &mut states {
@@ -115,6 +107,16 @@ pub fn place_bodies(
             });
         }
     }
+    let own = box_of(scene, common.dimension, &conversion)?;
+    overlap::refuse_out_of_box(&bodies, &states, own.as_ref())?;
+    overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
+    overlap::refuse_coincident_points(&bodies, &states)?;
+    let mut warnings = Vec::from_iter(scene.has_several_gases());
+    if common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some()) {
+        warnings.extend(overlap::bursting(&bodies, &states, common.gravity_in(&header.units)));
+    }
+    notes.extend(overlap::points_within(&bodies, &states));
+    warnings.extend(overlap::folded(&bodies, &states, own.as_ref()));
     let out = (header.units, common.name.as_str());
     let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
     if let Some(medium) = medium {
@@ -165,9 +167,10 @@ pub fn place_bodies(
     let (mut file, more) = assembly::assemble(bodies, &states, &frame, origin)?;
     notes.extend(more);
     if scene.ambient.is_some() {
-        let (mean, square) = ambient::sum_together(scene, &mut file)?;
+        let shown = ambient::sum_together(scene, &mut file)?;
         let of_medium = figures.last_mut().and_then(|medium| medium.figures.as_mut());
-        of_medium.into_iter().for_each(|f| (f.mean_error, f.epsilon) = (mean, square));
+        of_medium.into_iter().for_each(|f| (f.mean_error, f.epsilon) = (shown.mean, shown.mean_square));
+        warnings.extend(shown.doubt());
     }
     let orbit = relative.map(|r| OrbitFigures::new(&r));
     let settled = match scene.holds_its_medium() {
@@ -239,6 +242,11 @@ fn before<'a>(scene: &Scene, formats: &'a [FormatSpec]) -> Result<(Shared, Optio
     let periodic = &periodic_axes(scene, all.common.dimension)[..all.common.dimension];
     let format = intended_format(scene, formats)?;
     origin::refuse(scene, format, periodic)?;
+    let has_one_mass = format.is_some_and(|f| f.capabilities.equal_masses);
+    if has_one_mass && scene.ambient.as_ref().is_some_and(|a| a.matching == MatchName::Spacing) {
+        let problem = "is spacing, by which the medium's particles have a mass of their own, and the format holds one for all; take mass";
+        return Err(Error::scene("ambient.match", problem));
+    }
     Ok((all, format))
 }
 

@@ -1,15 +1,15 @@
 //! A medium around bodies: it is placed in the whole box, the shapes of the bodies are cut out of it, and the particles that remain near them are
 //! relaxed against them.
 //!
-//! The shape of a body is the domain of its own target, moved and turned with it. What is left has the mass of the medium outside
-//! of all shapes, by quadrature. Particles nearest to the bodies are left out until the number is right; the others within a few spacings of a
+//! The shape of a body is where its own target has matter, moved and turned with it: what its domain has of vacuum is the medium's. What is left has
+//! the mass of the medium outside of all shapes, by quadrature. Particles nearest to the bodies are left out until the number is right; the others within a few spacings of a
 //! body move by WVT, with the particles of bodies at rest. Each neighbor counts by its volume there, so that a denser body
 //! pushes as one of the same density does.
 
 use super::plan::Plan;
 use super::stages::{self, Placed, Setting};
 use crate::error::{Error, Result};
-use crate::field::{FreeSpace, ScalarField, total_mass};
+use crate::field::{FreeSpace, ScalarField, Source, probes, total_mass};
 use crate::input::ingest;
 use crate::input::internal_units::Prepared;
 use crate::input::stated_units;
@@ -52,9 +52,12 @@ pub(super) struct Obstacle {
     pub turn: [[f64; 3]; 3],
 }
 
-/// The domain of a body with its place among others.
+/// Where a body has matter, with its place among others.
 struct Shape<const D: usize> {
     domain: Domain<D>,
+    density: Box<dyn ScalarField<D>>,
+    /// Whether part of the domain is vacuum.
+    has_vacuum: bool,
     /// Units of the output per unit of the domain.
     length: f64,
     center: [f64; D],
@@ -78,9 +81,27 @@ impl<const D: usize> Shape<D> {
         let center = sph::array(|k| body.center[k] + corner[k] * length);
         let position = sph::array(|k| body.position[k]);
         // Beside others a body does not go on beyond its box.
-        let mut domain = prepared.source.domain;
+        let Source { mut domain, density, .. } = prepared.source;
         domain.axes = domain.axes.map(|axis| if axis == Axis::Periodic { Axis::OPEN } else { axis });
-        Ok(Self { domain, length, center, position, turn: body.turn })
+        let has_vacuum = probes(&domain).iter().any(|x| domain.contains(x) && !(density.value(x) > 0.0));
+        Ok(Self { domain, density, has_vacuum, length, center, position, turn: body.turn })
+    }
+
+    /// Whether the body has matter at a place in its domain.
+    fn has_matter(&self, y: &[f64; D]) -> bool {
+        !self.has_vacuum || self.density.value(y) > 0.0
+    }
+
+    /// Whether it has at a place in its coordinates.
+    fn contains(&self, y: &[f64; D]) -> bool {
+        self.domain.contains(y) && self.has_matter(y)
+    }
+
+    /// Whether its matter ends within `reach` of a place in it.
+    fn is_edge_within(&self, y: &[f64; D], reach: f64) -> bool {
+        let beside = |k: usize, step: f64| -> [f64; D] { sph::array(|c| if c == k { y[c] + step } else { y[c] }) };
+        self.domain.is_edge_within(y, reach)
+            || self.has_vacuum && (0..D).any(|k| [reach, -reach].iter().any(|s| !self.contains(&beside(k, *s))))
     }
 
     /// In its domain, what is `offset` from its center of mass, in the output's units.
@@ -106,8 +127,20 @@ struct Seen<'a, const D: usize> {
 
 impl<const D: usize> ScalarField<D> for Seen<'_, D> {
     fn value(&self, y: &[f64; D]) -> f64 {
+        if !self.shape.has_matter(y) {
+            return 0.0;
+        }
         let x = self.shape.outside(y).map(|x| x / self.scale);
         self.field.value(&self.domain.wrapped(&x))
+    }
+
+    /// 0 where the body has no matter.
+    fn piece(&self, y: &[f64; D]) -> u64 {
+        u64::from(self.shape.has_matter(y))
+    }
+
+    fn is_piecewise(&self) -> bool {
+        self.shape.has_vacuum
     }
 }
 
@@ -198,7 +231,7 @@ impl<'a, const D: usize> Carving<'a, D> {
         let domain = self.full.domain;
         self.shapes.iter().any(|shape| {
             let from = domain.displacement(&shape.position.map(|p| p / self.scale), x);
-            shape.domain.contains(&shape.own(&from.map(|v| v * self.scale)))
+            shape.contains(&shape.own(&from.map(|v| v * self.scale)))
         })
     }
 
@@ -294,7 +327,7 @@ fn surface_spacing<const D: usize>(obstacles: &Obstacles, shapes: &[Shape<D>]) -
     let is_near = |(x, spacing): &&([f64; 3], f64)| {
         shapes.iter().any(|shape| {
             let y = shape.own(&sph::array(|k| x[k] - shape.position[k]));
-            shape.domain.contains(&y) && shape.domain.is_edge_within(&y, spacing / shape.length)
+            shape.contains(&y) && shape.is_edge_within(&y, spacing / shape.length)
         })
     };
     let mut near: Vec<f64> = obstacles.particles.iter().filter(is_near).map(|p| p.1).collect();

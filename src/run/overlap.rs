@@ -5,6 +5,8 @@ use crate::error::{Error, Result};
 
 /// Particles of two bodies that are nearer than this many spacings are in each other's way.
 const NEAREST: f64 = 0.5;
+/// Part of the box's edge that is no distance.
+const ROUNDING: f64 = 1e-9;
 /// Of a body's radius: a point nearer to its center is its core.
 const CENTERED: f64 = 0.05;
 
@@ -39,6 +41,50 @@ pub fn refuse_overlap(bodies: &[Body], states: &[State], frame: Option<&Frame>) 
         }
     }
     Ok(())
+}
+
+/// Refuses bodies whose center is out of a periodic box, where another place is meant than that which its images come to.
+///
+/// # Errors
+/// The first of them.
+pub fn refuse_out_of_box(bodies: &[Body], states: &[State], frame: Option<&Frame>) -> Result<()> {
+    let Some(frame) = frame else { return Ok(()) };
+    for (body, state) in bodies.iter().zip(states) {
+        for k in (0..3).filter(|&k| frame.periodic[k]) {
+            let (at, lo, hi) = (state.position[k], frame.lo[k], frame.lo[k] + frame.edges[k]);
+            if !(lo - ROUNDING * frame.edges[k]..=hi + ROUNDING * frame.edges[k]).contains(&at) {
+                let problem = format!(
+                    "has its center at {at:.6e} on axis {k}, out of the periodic box from {lo:.6e} to {hi:.6e}; give a place within it, or make \
+                     domain.box larger"
+                );
+                return Err(Error::scene(format!("bodies[{}]", body.title), problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Particles other than gas that a periodic box has no room for: what is beyond one face comes in at the other.
+pub fn folded(bodies: &[Body], states: &[State], frame: Option<&Frame>) -> Vec<String> {
+    let Some(frame) = frame else { return Vec::new() };
+    let told = |(body, state): (&Body, &State)| {
+        let places: Vec<[f64; 3]> = body.moved(state).into_iter().map(|p| p.0).collect();
+        let [lo, hi] = reach(&places.iter().map(|x| (*x, 0.0)).collect::<Vec<_>>(), 0.0);
+        let is_wide = (0..3).any(|k| frame.periodic[k] && hi[k] - lo[k] > frame.edges[k]);
+        let is_beyond = |x: &&[f64; 3]| {
+            (0..3).any(|k| frame.periodic[k] && !(0.0..=frame.edges[k]).contains(&(x[k] - frame.lo[k])))
+        };
+        is_wide.then(|| {
+            format!(
+                "body {} is wider than the periodic box: {} of its {} particles are beyond a face, and come in at the other; make domain.box larger, or its \
+                 boundary open",
+                body.title,
+                places.iter().filter(is_beyond).count(),
+                places.len()
+            )
+        })
+    };
+    bodies.iter().zip(states).filter_map(told).collect()
 }
 
 /// Refuses point masses at one place, where no distance is left between them.

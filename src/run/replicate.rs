@@ -1,7 +1,7 @@
 //! A relaxed periodic box, repeated along its axes and, if there is a target, mapped to it by mass coordinates ([`crate::seeding::MassMap`]).
 //! This gives more particles than could be relaxed at once, with the noise of the box. Only the box and a few blocks are in memory.
 
-use super::streamed::{Places, Read, Streamed};
+use super::streamed::{self, Places, Read, Streamed};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
 use crate::input::particles::is_zero;
@@ -343,7 +343,7 @@ fn mapped_in<const D: usize, R>(
     let mapped = Mapped { tiles: &tiles, map: MassMap::new(&target, "replicate")?.tabulated() };
     let stream = Streamed::new(scene, (&prepared, units), (target, &mapped), format, "Replicated")?;
     let notes = tiles.notes().into_iter().chain(left_behind(&repeated.tile)).chain(stream.notes().iter().cloned());
-    with(&stream, notes.collect())
+    with(&stream, notes.chain(streamed::undone(scene)).collect())
 }
 
 /// What a box brings of which nothing comes to the target: everything but its places that is not 0 throughout.

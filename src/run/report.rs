@@ -64,7 +64,7 @@ pub struct Report {
     pub plan: Plan,
     /// What the variables of the input are taken for, and where they are written.
     pub variables: Vec<VariableReport>,
-    /// Of a round body from a profile, to its surface, in the unit of length of the output.
+    /// Of a round body, to its surface, in the unit of length of the output.
     #[serde(skip)]
     pub radius: Option<f64>,
     /// Whether a force that is not the particles' own holds the pressure, by the balance.

@@ -3,7 +3,7 @@
 
 use super::doubts::{self, Told};
 use super::plan::{Held, Plan};
-use super::streamed::{Places, Read, Streamed};
+use super::streamed::{self, Places, Read, Streamed};
 use crate::error::Result;
 use crate::input::internal_units::Prepared;
 use crate::metrics::{PatchFigures, Patches};
@@ -61,6 +61,7 @@ fn seeds_in<const D: usize, R>(
     let seeds = Blockwise::new(&target, seeding, scene.seed)?;
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
     let mut notes = stream.notes().to_vec();
+    notes.extend(streamed::undone(scene));
     notes.push(format!("the seeding is {}", seeding.method().name));
     if let Some(Told::Doubt(text) | Told::Note(text)) = doubts::left_out(regions.as_ref(), count) {
         notes.push(text);

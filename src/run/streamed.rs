@@ -9,8 +9,9 @@ use crate::input::stated_units;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
+use crate::output::others::Others;
 use crate::output::particle_file::{Making, RawColumns, particle_file};
-use crate::scene::{OriginInput, OriginName, Scene};
+use crate::scene::{OriginInput, OriginName, Polish, Scene};
 use crate::target::{Positions, Target, at};
 use sph::domain::Axis;
 use sph::kernel::support_over_spacing;
@@ -69,7 +70,13 @@ impl Read {
             return lacks("displacement");
         }
         if scene.has_own_resolution() {
-            return lacks("resolution");
+            return lacks(if scene.refine.is_some() { "refine" } else { "resolution" });
+        }
+        if scene.input.core.is_some() {
+            return lacks("input.core");
+        }
+        if scene.input.others.is_some() {
+            return lacks("input.others");
         }
         if scene.output.origin == Some(OriginInput::Named(OriginName::CenterOfMass)) {
             return lacks("output.origin: center-of-mass");
@@ -79,6 +86,22 @@ impl Read {
         let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
         Ok(Self { raw, units, dimension })
     }
+}
+
+/// What the scene asks for that is not done to particles which are made block by block without being relaxed.
+pub(crate) fn undone(scene: &Scene) -> Option<String> {
+    let asked = [
+        (scene.polish.is_some_and(|polish| polish != Polish::None), "polish"),
+        (scene.tolerance.is_some(), "tolerance"),
+        (scene.balance.is_on(), "balance"),
+        (scene.trim_masses.is_some(), "trim_masses"),
+        (scene.settle.is_some(), "settle"),
+        (scene.certify.is_some(), "certify"),
+    ];
+    let asked: Vec<&str> = asked.iter().filter(|a| a.0).map(|a| a.1).collect();
+    (!asked.is_empty()).then(|| {
+        format!("particles are placed and not relaxed: {} of the scene changes nothing here", asked.join(", "))
+    })
 }
 
 /// The particles as a stream.
@@ -114,6 +137,13 @@ impl<'a, const D: usize> Streamed<'a, D> {
         let periodic = prepared.source.domain.axes.map(|axis| axis == Axis::Periodic);
         origin::refuse(scene, format, &periodic)?;
         origin::refuse_far(scene, &prepared.source.domain, (&units.to_input(), prepared.length))?;
+        if let Some(others) = Others::of(prepared)? {
+            let problem = format!(
+                "is keep, but they cannot be written block by block ({}); set input.other_types: drop",
+                others.list()
+            );
+            return Err(Error::scene("input.other_types", problem));
+        }
         let (out, note) = output_units(scene.output.units.as_deref(), units.input, prepared.mass.value, D)?;
         let requires = format.map_or(&[][..], |f| f.capabilities.requires);
         let mut stream = Self {

@@ -48,7 +48,9 @@ pub(crate) fn attach<const D: usize>(
     source: Source<D>,
     conversion: &Conversion,
 ) -> Result<(Source<D>, Vec<String>)> {
-    if scene.fields.is_empty() && scene.turbulence.is_none() {
+    let is_thermal = |field: &Box<dyn CarriedField<D>>| thermal::name_of(&field.info().name).is_some();
+    let is_given = scene.thermal.internal_energy.is_some() && source.carried.iter().any(is_thermal);
+    if scene.fields.is_empty() && scene.turbulence.is_none() && !is_given {
         return Ok((source, Vec::new()));
     }
     let center = source.center();
@@ -410,6 +412,7 @@ impl<const D: usize> Maker<D> {
                 return Err(Error::scene(&field.key, problem));
             }
         }
+        self.check_given(scene, &places)?;
         let energies = thermal::energies(&self.thermal(scene), scene.thermal.gamma);
         let Some(((first, text), others)) = energies.split_first() else { return Ok(()) };
         let own = self.term(first, text)?;
@@ -419,6 +422,24 @@ impl<const D: usize> Maker<D> {
                 let (a, b) = (self.variables.value(x, &own), self.variables.value(x, &term));
                 thermal::compare((first, a), (other, b), scene.thermal.gamma)
                     .map_err(|problem| Error::scene(key_of(first), format!("{problem} at {x:?}")))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> Maker<D> {
+    /// Compares the energy that the scene gives to all particles with what the input carries.
+    fn check_given(&self, scene: &Scene, places: &[[f64; D]]) -> Result<()> {
+        const KEY: &str = "thermal.internal_energy";
+        let (Some(energy), gamma) = (&scene.thermal.internal_energy, scene.thermal.gamma) else { return Ok(()) };
+        let own = Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE));
+        let energy = energy.value(KEY, UnitDimension::SPECIFIC_ENERGY, &own)?;
+        for (other, text) in self.thermal(scene).besides_energy(gamma) {
+            let term = self.term(other, &text)?;
+            for x in places {
+                thermal::compare((KEY, energy), (other, self.variables.value(x, &term)), gamma)
+                    .map_err(|problem| Error::scene(KEY, format!("{problem} at {x:?}")))?;
             }
         }
         Ok(())
