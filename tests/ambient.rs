@@ -551,12 +551,11 @@ fn bodies_that_overlap_across_a_periodic_box_are_refused() {
     );
     let apart = [ball_of("a", 0.3, -0.6), ball_of("b", 0.3, 0.6)];
     of(&apart, periodic).expect("they are apart");
-    let said = of(&[ball_of("a", 1.2, 0.0), ball_of("b", 0.5, 3.0)], periodic).expect_err("it overlaps its own image");
+    let said = of(&[ball_of("a", 1.2, 0.0), ball_of("b", 0.5, 1.0)], periodic).expect_err("it overlaps its own image");
     assert!(["bodies[a]", "and its own image overlap across"].iter().all(|w| said.contains(w)), "{said}");
 }
 
-/// What a body's domain has of vacuum is the medium's: the mass in a box of edge 4, 3 or 2 less a ball of 0.5 is there to the particle, and particles come as
-/// near to the body as spacings let them. The domain was cut out, with a note that all is good.
+/// What a body's domain has of vacuum is the medium's: all of its mass is there, to half a particle, and its particles come as near as spacings let them.
 #[test]
 fn a_medium_fills_what_a_body_leaves_of_its_domain() {
     for d in 1..=3 {
@@ -593,8 +592,7 @@ fn a_medium_of_too_few_particles_to_show_is_told() {
     assert!(report.warnings.iter().any(|w| w.contains("do not show a medium")), "{:?}", report.warnings);
     assert!(report.bodies[1].figures.as_ref().unwrap().mean_error > 0.05);
     let spaced = text.replace("density: 1e-3", "density: 1e-3, match: spacing");
-    let (_, report) = placed(&Scene::parse(&spaced).unwrap()).unwrap();
-    assert_eq!(report.warnings, Vec::<String>::new());
+    assert_eq!(placed(&Scene::parse(&spaced).unwrap()).unwrap().1.warnings, Vec::<String>::new());
     let one_mass = Scene::parse(&format!("{spaced}output: {{file: none.phantom, format: phantom}}\n")).unwrap();
     let error = sph_prep::run_bodies(&one_mass, FORMATS, &Control::default()).unwrap_err().to_string();
     assert!(error.contains("ambient.match") && error.contains("take mass"), "{error}");

@@ -488,3 +488,34 @@ fn paths_of_field_files_are_relative_to_the_scene() {
         assert!(yaml.contains(&whole.display().to_string()), "{name}: {yaml}");
     }
 }
+
+/// Particles of a periodic box are a field that goes on across its faces, where the scene's box is the same, in units of its own; in another box what is
+/// beyond it is told. Values ended at the faces.
+#[test]
+fn fields_of_a_periodic_snapshot_are_periodic() {
+    fn check<const D: usize>(count: usize) {
+        let (corner, folder) = (|v: &str| vec![v; D].join(", "), tempfile::tempdir().unwrap());
+        let scene = |edge: &str, q: &str| {
+            let text = format!(
+                "input: {{expression: '1'}}\nunits: cgs\ndomain: {{box: [[{}], [{}]], boundary: periodic}}\nparticles: {count}\n\
+                 polish: none\nthermal: {{internal_energy: 1}}\nfields: {{q: {q}}}\n",
+                corner("0"),
+                corner(edge)
+            );
+            place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{text}: {e}"))
+        };
+        let path = folder.path().join("periodic.npz");
+        let (file, _) = scene("100", "'sin(2*pi*x/100)'");
+        sph_prep::write(FORMATS, &path, Some("numpy"), &file, sph_prep::WriteOptions::default()).unwrap();
+        let of_file = format!("{{file: '{}', variable: q}}", path.display());
+        let (file, report) = scene("1 m", &of_file);
+        assert!(report.warnings.is_empty(), "{D}-D: {:?}", report.warnings);
+        let off = deviation(&file, "q", |x| vec![(TAU * x[0] / 100.0).sin()]);
+        assert!(off < 0.02, "{D}-D: {off}");
+        let (_, report) = scene("2 m", &of_file);
+        assert!(report.warnings.iter().any(|w| w.contains("are outside")), "{D}-D: {:?}", report.warnings);
+    }
+    check::<1>(50);
+    check::<2>(900);
+    check::<3>(4000);
+}

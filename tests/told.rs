@@ -279,6 +279,19 @@ fn a_density_that_is_not_periodic_is_told_in_a_periodic_box() {
     assert!(told("exp(-z/0.1)", "[periodic]"));
     assert!(!told("if(z < 0.3, 10, 1)", "[periodic]"));
     assert!(!told("if(sin(4*pi*z) > 0, 10, 1)", "[periodic]"));
+    let resolution = |spacing: &str, boundary: &str| {
+        let scene = format!(
+            "input: {{expression: '1', dimension: 2}}\ndomain: {{box: [[0, 0], [1, 1]], boundary: {boundary}}}\nparticles: 300\npolish: none\n\
+             wvt: {{iterations: 0}}\nresolution: {{spacing: '{spacing}'}}\n"
+        );
+        let (_, report) = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+        report
+            .warnings
+            .iter()
+            .any(|w| w.contains("periodic along x, but the resolution is not") && w.contains("4.000 times"))
+    };
+    assert!(resolution("1 + x", "[periodic]") && !resolution("1 + x", "[reflecting]"));
+    assert!(!resolution("2 + sin(2*pi*x)", "[periodic]"));
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn motion_energy_and_materials_are_the_same_in_every_unit() {
         ("output: {units: cgs}", "30 km/s", "0.036 rad/hr", "2e10 J/kg", "0.5 Rsun"),
     ] {
         let (file, _) = run(&format!(
-            "input: {{{STAR}}}\nparticles: 200\n{units}\nmotion: {{bulk: [{speed}, 0, 0], rotation: [0, 0, {rate}]}}\n\
+            "input: {{{STAR}, carry: []}}\nparticles: 200\n{units}\nmotion: {{bulk: [{speed}, 0, 0], rotation: [0, 0, {rate}]}}\n\
              thermal: {{internal_energy: {energy}}}\nmaterial: [{{id: 3, radius: {radius}}}, {{id: 4}}]"
         ));
         let label = format!("{units}, {speed}");

@@ -31,7 +31,7 @@ impl Factors {
     }
 }
 
-/// The unit system of the output, and a note where it was chosen: the one `named`, or the one that suits a body of `mass`
+/// The unit system of the output, and a note where it was chosen or hides what numbers are in: the one `named`, or the one that suits a body of `mass`
 /// (in the input's units) in `d` dimensions.
 ///
 /// # Errors
@@ -43,7 +43,9 @@ pub fn output_units(
     d: usize,
 ) -> Result<(UnitSystem, Option<String>)> {
     if let Some(name) = named {
-        return Ok((system_of("output.units", name)?, None));
+        let system = system_of("output.units", name)?;
+        let note = "output.units is code, which is cgs where the input's units are known";
+        return Ok((system, (name == "code" && units.is_some()).then(|| note.to_owned())));
     }
     let Some(units) = units else { return Ok((UnitSystem::CODE, None)) };
     if d < 3 {

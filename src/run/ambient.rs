@@ -69,6 +69,21 @@ pub(super) fn refuse_plain(scene: &Scene, has_units: bool) -> Result<()> {
     }
 }
 
+/// Refuses a medium whose particles have a mass of their own where the format holds one for all.
+///
+/// # Errors
+/// What to state.
+pub(super) fn refuse_masses(scene: &Scene, format: Option<&FormatSpec>) -> Result<()> {
+    let has_its_own = scene.ambient.as_ref().is_some_and(|a| a.matching == MatchName::Spacing);
+    match has_its_own && format.is_some_and(|f| f.capabilities.equal_masses) {
+        true => {
+            let problem = "is spacing, by which the medium's particles have a mass of their own, and the format holds one for all; take mass";
+            Err(Error::scene("ambient.match", problem))
+        }
+        false => Ok(()),
+    }
+}
+
 /// An error of the medium as a scene by itself, with the key that it has in the scene of all.
 pub(super) fn of_medium(error: Error) -> Error {
     match error {

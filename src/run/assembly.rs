@@ -286,6 +286,17 @@ pub enum Middle {
     OfBox,
 }
 
+/// Brings the center of mass of bodies to the origin, and to rest.
+pub fn about_center_of_mass(bodies: &[Body], states: &mut [State]) {
+    let (center, velocity) = center_of_mass(bodies, states);
+    for state in states {
+        (0..3).for_each(|k| {
+            state.position[k] -= center[k];
+            state.velocity[k] -= velocity[k];
+        });
+    }
+}
+
 /// Center of mass and its velocity.
 pub fn center_of_mass(bodies: &[Body], states: &[State]) -> ([f64; 3], [f64; 3]) {
     let of = |pick: fn(([f64; 3], [f64; 3])) -> [f64; 3]| {

@@ -23,7 +23,7 @@ use crate::output::parameters::Physics;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
 use crate::scene::{
-    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, MatchName, OrbitInput, Quantity, Scene, in_body, values,
+    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values,
 };
 use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
 use std::path::Path;
@@ -99,13 +99,7 @@ pub fn place_bodies(
         None => notes.extend(bodies.iter().filter_map(moving)),
     }
     if relative.is_some() {
-        let (center, velocity) = assembly::center_of_mass(&bodies, &states);
-        for state in &mut states {
-            (0..3).for_each(|k| {
-                state.position[k] -= center[k];
-                state.velocity[k] -= velocity[k];
-            });
-        }
+        assembly::about_center_of_mass(&bodies, &mut states);
     }
     let own = box_of(scene, common.dimension, &conversion)?;
     overlap::refuse_out_of_box(&bodies, &states, own.as_ref())?;
@@ -242,11 +236,7 @@ fn before<'a>(scene: &Scene, formats: &'a [FormatSpec]) -> Result<(Shared, Optio
     let periodic = &periodic_axes(scene, all.common.dimension)[..all.common.dimension];
     let format = intended_format(scene, formats)?;
     origin::refuse(scene, format, periodic)?;
-    let has_one_mass = format.is_some_and(|f| f.capabilities.equal_masses);
-    if has_one_mass && scene.ambient.as_ref().is_some_and(|a| a.matching == MatchName::Spacing) {
-        let problem = "is spacing, by which the medium's particles have a mass of their own, and the format holds one for all; take mass";
-        return Err(Error::scene("ambient.match", problem));
-    }
+    ambient::refuse_masses(scene, format)?;
     Ok((all, format))
 }
 

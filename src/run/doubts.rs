@@ -1,12 +1,12 @@
 //! Warnings about settings that are probably not intended, with the remedy; the run continues as requested.
 
 use crate::error::{Error, Result};
-use crate::field::probes;
+use crate::field::{ScalarField, probes};
 use crate::input::internal_units::Prepared;
 use crate::input::refinement::Refinement;
 use crate::input::slips::slips;
 use crate::input::solenoidal;
-use crate::scene::{BoundaryName, Scene};
+use crate::scene::{AfcInput, AlaricInput, BoundaryName, Polish, Scene, SolverInput};
 use crate::target::{LeftOut, Positions, Regions, Resolution, Target, at};
 use sph::domain::{Axis, Domain, Region};
 use sph::kernel::support_over_spacing;
@@ -68,13 +68,32 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
             ));
         }
     }
-    doubts.extend((0..D).filter_map(|k| jump_across(prepared, k)));
+    doubts.extend((0..D).filter_map(|k| density_across(prepared, k)));
+    if scene.resolution.is_some() {
+        doubts.extend((0..D).filter_map(|k| resolution_across(prepared, k)));
+    }
     if let Region::Hull(hull, _) = &domain.region {
         doubts.extend(hull.doubt());
     }
     doubts.extend(slips(scene));
     doubts.extend(solenoidal::doubts(scene, prepared));
     doubts
+}
+
+/// Options of stages that do not run, which change nothing.
+pub(crate) fn unused(scene: &Scene) -> Option<String> {
+    let is_alaric = matches!(scene.polish, Some(Polish::Alaric | Polish::DampedRelaxation));
+    let stated = [
+        ("afc", scene.afc != AfcInput::default() && scene.polish != Some(Polish::Afc), "polish: afc"),
+        ("alaric", scene.alaric != AlaricInput::default() && !is_alaric, "polish: alaric"),
+        (
+            "solver",
+            scene.solver != SolverInput::default() && scene.polish.is_some_and(|polish| polish != Polish::Solver),
+            "polish: solver",
+        ),
+    ];
+    let (key, _, with) = stated.iter().find(|(_, is_unused, _)| *is_unused)?;
+    Some(format!("the options of `{key}` change nothing: they are for `{with}`"))
 }
 
 /// Share of the extent from a periodic face at which densities on both of its sides are compared, and by what factor they differ where that is
@@ -87,8 +106,35 @@ const STEPS: usize = 64;
 /// Lines that are enough to know that.
 const LINES: usize = 256;
 
-/// A density that does not go on across periodic faces along axis `k`, in the median of places there.
-fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
+/// A density that does not go on across periodic faces along axis `k`.
+fn density_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
+    let [lo, hi] = jump_across(prepared, prepared.source.density.as_ref(), k)?;
+    Some(format!(
+        "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its \
+         {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if \
+         the box ends there",
+        AXES[k],
+        (hi / lo).max(lo / hi),
+        if hi > lo { "upper" } else { "lower" }
+    ))
+}
+
+/// The same of the numbers of particles that a resolution asks for.
+fn resolution_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
+    let [lo, hi] = jump_across(prepared, prepared.target().resolution_field(), k)?;
+    Some(format!(
+        "the box is periodic along {}, but the resolution is not: in the median it asks for {:.3} times as many particles at its {} face as at the \
+         other, so that particles of different masses meet there; state one that is the same at both",
+        AXES[k],
+        (hi / lo).max(lo / hi),
+        if hi > lo { "upper" } else { "lower" }
+    ))
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What a field has at both of the periodic faces along axis `k`, in the median of places there, where it does not go on across them.
+fn jump_across<const D: usize>(prepared: &Prepared<D>, field: &dyn ScalarField<D>, k: usize) -> Option<[f64; 2]> {
     let domain = &prepared.source.domain;
     if domain.axes[k] != Axis::Periodic || prepared.of_snapshot.is_some() {
         return None;
@@ -97,7 +143,7 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     let density = |x: &[f64; D], at: f64| {
         let mut x = *x;
         x[k] = at;
-        prepared.source.density.value(&x)
+        field.value(&x)
     };
     let step = BESIDE_A_FACE * length;
     let both = |x: [f64; D]| [density(&x, domain.lo[k] + step), density(&x, domain.hi[k] - step)];
@@ -117,16 +163,7 @@ fn jump_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<Strin
     };
     let mut within: Vec<f64> = places.iter().take(LINES).map(largest_within).collect();
     within.sort_by(f64::total_cmp);
-    (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then(|| {
-        format!(
-            "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its \
-             {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if \
-             the box ends there",
-            ["x", "y", "z"][k],
-            ratio(&[lo, hi]),
-            if hi > lo { "upper" } else { "lower" }
-        )
-    })
+    (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then_some([lo, hi])
 }
 
 /// What is said of regions that no particle is placed in: a doubt, or a note where next to nothing is in them.

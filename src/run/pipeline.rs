@@ -304,6 +304,7 @@ impl Run<'_> {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
         doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
+        self.notes.extend(doubts::unused(self.scene));
         self.warnings.extend(prepared.doubts.iter().cloned());
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));

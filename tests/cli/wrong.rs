@@ -175,8 +175,8 @@ fn doubts_come_as_warnings_with_the_remedy() {
         assert!(outcome.stderr.contains("warning: ") && outcome.stderr.contains(part), "{outcome:?}");
         assert!(report["verdict"].to_string().contains("warnings"), "{report}");
     };
-    warned("input: {file: STAR}\ndomain: {boundary: periodic}", "it is treated as open");
-    warned("input: {file: STAR}\ndomain: {ball: {radius: 1e9}}", "of the input's mass");
+    warned("input: {file: STAR, carry: []}\ndomain: {boundary: periodic}", "it is treated as open");
+    warned("input: {file: STAR, carry: []}\ndomain: {ball: {radius: 1e9}}", "of the input's mass");
     warned("input: {expression: '1'}\ndomain: {cylinder: {radius: 1, length: 0.05}}", "spacings thick along z");
     warned(
         "input: {expression: '1'}\ndomain: {box: [[0, 0, 0], [1, 1, 0.01]], boundary: periodic}",

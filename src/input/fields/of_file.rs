@@ -2,22 +2,25 @@
 
 use super::variables::{Base, Term};
 use crate::error::{Error, Result};
-use crate::field::{CarriedField, CarriedInfo, FieldOptions, Period, Source, from_raw, probes};
-use crate::input::ingest::read_field;
+use crate::field::{CarriedField, CarriedInfo, FieldOptions, Period, Source, from_particles, from_raw, probes};
+use crate::input::particles::Snapshot;
 use crate::input::roles::{apply, assign};
 use crate::input::stated_units::units_in_field;
 use crate::scene::{FieldFile, FieldValue, Scene, VariableNames};
 use sph::domain::{Axis, Domain};
 use sph_formats::common::particle_names as names;
 use sph_formats::{
-    FieldRequest, FormatSpec, Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values, Variable,
-    did_you_mean,
+    FieldRequest, FileContent, FormatSpec, Geometry, Location, RawField, Unit, UnitDimension, UnitSystem, Values,
+    Variable, did_you_mean,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A density for the interpolant, which has none of its own here: no file has a variable of this name.
 const ONES: &str = "\0";
+
+/// Part by which the periods of one box differ.
+const SAME: f64 = 1e-6;
 
 /// The share of the places with matter that may lie beyond a file with a note alone.
 const FEW: f64 = 0.01;
@@ -91,8 +94,7 @@ impl<const D: usize> Reader<'_, D> {
     }
 
     fn read(mut self, formats: &[FormatSpec]) -> Result<OfFile<D>> {
-        let request = FieldRequest::default();
-        let mut raw = read_field(formats, &self.input.file, self.input.format.as_deref(), &request)?;
+        let (mut raw, particles) = self.content(formats)?;
         let chosen = self.choose(&mut raw)?;
         let wanted: Vec<String> = chosen.iter().map(|v| v.name.clone()).collect();
         let unit = self.unit(&chosen)?;
@@ -104,7 +106,7 @@ impl<const D: usize> Reader<'_, D> {
             scale: self.frame.base.length / self.factor(length.as_ref()),
             center: if is_radial { self.frame.base.center } else { [0.0; D] },
         };
-        let source = self.source(raw, chosen, mapping.scale)?;
+        let source = self.source(raw, chosen, (particles, mapping.scale))?;
         self.cover(&source.domain, &mapping)?;
         let mut fields = BTreeMap::new();
         for field in source.carried {
@@ -123,6 +125,31 @@ impl<const D: usize> Reader<'_, D> {
             terms.extend((0..field.info().components).map(|k| Term::File(Arc::clone(field), k)));
         }
         Ok(OfFile { terms, unit })
+    }
+
+    /// What the file holds, and the domain of its particles, if it holds these.
+    fn content(&self, formats: &[FormatSpec]) -> Result<(RawField, Option<Domain<D>>)> {
+        let path = &self.input.file;
+        match sph_formats::read(formats, path, self.input.format.as_deref(), &FieldRequest::default())? {
+            FileContent::Field(field) => Ok((field, None)),
+            FileContent::Particles(particles) => {
+                let snapshot = Snapshot::new(path, &particles, None)?;
+                let domain = (particles.header.dimension == D).then(|| snapshot.domain()).transpose()?;
+                Ok((snapshot.field, domain))
+            }
+        }
+    }
+
+    /// The domain of a file's particles: periodic only where the scene's is as long, so that what is beyond is told.
+    fn alike(&self, mut domain: Domain<D>, scale: f64) -> Domain<D> {
+        let own = self.frame.domain;
+        for k in 0..D {
+            let lengths = [domain.hi[k] - domain.lo[k], (own.hi[k] - own.lo[k]) * scale];
+            if own.axes[k] != Axis::Periodic || (lengths[0] / lengths[1] - 1.0).abs() > SAME {
+                domain.axes[k] = Axis::OPEN;
+            }
+        }
+        domain
     }
 
     /// Takes the variables that the scene names out of the file, else what the field's name means, else the only one.
@@ -210,7 +237,12 @@ impl<const D: usize> Reader<'_, D> {
     }
 
     /// The interpolant of the chosen variables.
-    fn source(&self, mut raw: RawField, mut chosen: Vec<Variable>, scale: f64) -> Result<Source<D>> {
+    fn source(
+        &self,
+        mut raw: RawField,
+        mut chosen: Vec<Variable>,
+        (particles, scale): (Option<Domain<D>>, f64),
+    ) -> Result<Source<D>> {
         let domain = self.frame.domain;
         let mut seen = Vec::new();
         chosen.retain(|v| {
@@ -230,7 +262,11 @@ impl<const D: usize> Reader<'_, D> {
             has_mass: false,
             ..FieldOptions::default()
         };
-        from_raw(raw, &options).map_err(|error| match error {
+        let source = match particles.map(|domain| self.alike(domain, scale)) {
+            Some(domain) => from_particles(raw, (&domain, None), &options).map(|found| found.0),
+            None => from_raw(raw, &options),
+        };
+        source.map_err(|error| match error {
             Error::Field { name, problem } if name == ONES => Error::scene(format!("fields.{}", self.name), problem),
             other => other,
         })
