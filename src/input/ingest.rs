@@ -271,6 +271,7 @@ pub fn source<const D: usize>(
             from_raw(*field, &options)?
         }
         RawInput::Snapshot(snapshot) => {
+            refuse_orientation(scene, &snapshot.field)?;
             let (mut source, mut found) = snapshot.into_source(&options)?;
             if scene.input.other_types == OtherTypes::Drop {
                 source.notes.extend(found.leave_others("input.other_types is drop"));

@@ -196,7 +196,7 @@ pub fn internal_energy(
                 names::PRESSURE,
                 format!(
                     "is zero or negative at {cold} of {} particles, which then have no internal energy; \
-                     set thermal.internal_energy, or leave the pressure out with input.carry",
+                     leave the pressure out with input.carry, and set thermal.internal_energy",
                     density.len()
                 ),
             ));

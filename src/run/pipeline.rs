@@ -442,6 +442,7 @@ impl Run<'_> {
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
         };
         let energy = self.scene.certify_at_once().and_then(|_| internal_energy.clone());
+        self.warnings.extend(doubts::without_its_energies(self.scene, internal_energy.is_some()));
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
         self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));

@@ -4,6 +4,7 @@
 //!
 //! O(N log N). Parts refine their cells as they shrink, so memory stays a small multiple of the output.
 
+use super::beside::of_layer_or_medium;
 use super::kronecker;
 use super::seeded::to_positions;
 use crate::error::Result;
@@ -186,10 +187,12 @@ struct Seed<const D: usize> {
 impl<const D: usize> Seed<D> {
     const NONE: Self = Self { x: [0.0; D], room: [0.0; D] };
 
-    fn of(target: &Target<'_, D>, cells: &[Cell<D>]) -> Self {
+    /// Of the particle of a number.
+    fn of(target: &Target<'_, D>, cells: &[Cell<D>], number: usize) -> Self {
         let is_sheet = is_sheet(target, cells);
         let centers = centers(target, cells, is_sheet);
         let x = representative_of(target, cells, &centers);
+        let x = of_layer_or_medium(target, (cells, bounds(cells)), &x, number).unwrap_or(x);
         let spacing = target.spacing(target.number_density(&x));
         if is_sheet {
             // Of a layer thinner than a spacing no more than it is thick: that is how its particle's height was found.
@@ -224,7 +227,7 @@ fn bisect<const D: usize>(
     let [first, ..] = out else { return };
     if n == 1 {
         refine(target, &mut cells, least_cells(n, target.cell_rule()), target.cell_rule());
-        *first = Seed::of(target, &cells);
+        *first = Seed::of(target, &cells, numbers.start);
         return;
     }
     let [(left, before), (right, behind)] = halved(target, cells, &numbers);

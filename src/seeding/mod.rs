@@ -1,5 +1,6 @@
 //! Initial positions: exactly N of them, all where the target admits particles. [`METHODS`] lists the methods.
 
+mod beside;
 mod bisection;
 mod blocks;
 mod cumulative;

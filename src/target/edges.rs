@@ -159,7 +159,7 @@ fn is_discontinuous(f: &dyn Fn(f64) -> Option<f64>, reach: f64) -> bool {
 
 /// Directions from the center of a cube (a square) to its faces, edges and corners, one of each opposite pair: none
 /// is farther than 28 degrees from one of them.
-pub(super) fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
+pub(crate) fn ways<const D: usize>() -> impl Iterator<Item = [f64; D]> {
     // The steps -1, 0, 1 along each axis as digits; the second half of the numbers mirrors the first.
     let all = 3usize.pow(D as u32);
     (all / 2 + 1..all).map(|code| {

@@ -7,7 +7,7 @@ pub(crate) mod cells;
 mod components;
 mod contacts;
 pub(crate) mod cut;
-mod edges;
+pub(crate) mod edges;
 mod layers;
 mod lines;
 mod locator;
