@@ -561,7 +561,7 @@ fn what_is_no_gas_is_refused_where_only_gas_is_written() {
     refused(&format!("input: {{file: '{snapshot}'}}\n"), "64 of type 1");
     let scene = folder.file(
         "balanced.yaml",
-        &format!("input: {{file: '{snapshot}', other_types: drop}}\ntolerance: 1e-4\npolish: solver\n"),
+        format!("input: {{file: '{snapshot}', other_types: drop}}\ntolerance: 1e-4\npolish: solver\n"),
     );
     let [scene, out] = [scene, folder.path("seeds.hdf5")].map(|p| p.display().to_string());
     let outcome = sph_prep(&["seed", "--scene", &scene, "-n", "100", "--out", &out]);

@@ -321,3 +321,36 @@ fn pairs_that_settling_makes_are_in_the_verdict_on_all_bodies() {
         );
     }
 }
+
+/// Particles have the energies that the equation of state says where the balance is used, or asked for no more than these.
+#[test]
+fn an_equation_of_state_that_the_particles_do_not_have_is_told() {
+    let star = |more: &str| {
+        let text = format!(
+            "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nparticles: 300\npolish: none\noutput: {{units: code}}\n\
+             balance: {{equation_of_state: {{isothermal: {{sound_speed: 2}}}}{more}}}\n"
+        );
+        let (file, report) = placed(&text);
+        let energy = values(&file.species[0].table, names::INTERNAL_ENERGY);
+        let is_told = report.warnings.iter().any(|w| w.contains("`balance: {evaluations: 0}` gives these"));
+        (energy.iter().sum::<f64>() / energy.len() as f64, is_told)
+    };
+    // u = c^2/(gamma - 1), of densities that are some percent off; the star's own are below 0.8.
+    let (energy, is_told) = star("");
+    assert!(energy < 0.8 && is_told, "{energy}");
+    let (energy, is_told) = star(", evaluations: 0");
+    assert!((energy / 6.0 - 1.0).abs() < 0.1 && !is_told, "{energy}");
+}
+
+#[test]
+fn snapshots_are_not_turned_or_scaled() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("snapshot.npz");
+    let (file, _) = placed(&format!("{BOX}thermal: {{internal_energy: 1}}\n"));
+    sph_prep::write(FORMATS, &path, Some("numpy"), &file, sph_prep::WriteOptions::default()).unwrap();
+    for (key, value) in [("rotate", "[0, 0, 30]"), ("scale", "2")] {
+        let scene = format!("input: {{file: '{}', {key}: {value}}}\nparticles: 50\n", path.display());
+        let error = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
+        assert!(error.contains(&format!("input.{key}")) && error.contains("leave it out"), "{error}");
+    }
+}

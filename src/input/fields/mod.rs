@@ -48,8 +48,8 @@ pub(crate) fn attach<const D: usize>(
     source: Source<D>,
     conversion: &Conversion,
 ) -> Result<(Source<D>, Vec<String>)> {
-    let is_thermal = |field: &Box<dyn CarriedField<D>>| thermal::name_of(&field.info().name).is_some();
-    let is_given = scene.thermal.internal_energy.is_some() && source.carried.iter().any(is_thermal);
+    let has_thermal = || source.carried.iter().any(|field| thermal::name_of(&field.info().name).is_some());
+    let is_given = scene.thermal.internal_energy.is_some() && has_thermal();
     if scene.fields.is_empty() && scene.turbulence.is_none() && !is_given {
         return Ok((source, Vec::new()));
     }
