@@ -161,12 +161,7 @@ pub(super) fn units_of_snapshot(scene: &Scene, units: &mut UnitSystem) -> Result
 }
 
 /// A file's field, or the particles of a snapshot as points that have one.
-pub(super) fn read_field(
-    formats: &[FormatSpec],
-    path: &Path,
-    format: Option<&str>,
-    request: &FieldRequest,
-) -> Result<RawField> {
+fn read_field(formats: &[FormatSpec], path: &Path, format: Option<&str>, request: &FieldRequest) -> Result<RawField> {
     match sph_formats::read(formats, path, format, request)? {
         FileContent::Field(field) => Ok(field),
         FileContent::Particles(particles) => {

@@ -206,14 +206,18 @@ impl<const D: usize> Accepted<'_, D> {
     /// Parts particles on both sides of a jump, and single pairs that are closer than is good, where that costs nothing else: few of them may be
     /// all that shows a density. The particles are those that were accepted last.
     fn part(&self, particles: &mut Particles<D>) {
-        let crowded = |judge: &Judge<'_, D>| judge.closest_pair() < CROWDED;
-        for (part, is_due) in [(part_contacts as Part<D>, true), (part_crowded, crowded(self.judge))] {
-            if is_due
-                && let Some(parted) = self.parted(particles, part)
-                && self.judge.loss(particles, &parted, Aim::Contacts).is_none()
-            {
-                *particles = parted;
-            }
+        let is_crowded = self.judge.closest_pair() < CROWDED;
+        self.part_by(part_contacts, particles);
+        if is_crowded {
+            self.part_by(part_crowded, particles);
+        }
+    }
+
+    fn part_by(&self, part: Part<D>, particles: &mut Particles<D>) {
+        if let Some(parted) = self.parted(particles, part)
+            && self.judge.loss(particles, &parted, Aim::Contacts).is_none()
+        {
+            *particles = parted;
         }
     }
 

@@ -4,6 +4,7 @@
 //! A layer does not know where the particles of the other lie along the surface, so that some face each other across it. Moves are small parts of a
 //! spacing: spheres of the diameter that is asked for fill a third of the volume, where even random ones jam at two thirds.
 
+use super::pairs::spacings;
 use super::separation::{Separation, near};
 use crate::target::{Positions, Target, at};
 use sph::exchange::Exchange;
@@ -97,9 +98,3 @@ fn beside_elsewhere<const D: usize>(
 
 /// Particles beside a surface of which the nearest are looked at.
 const FEW: usize = 4;
-
-/// Of every particle, as the target has it there.
-fn spacings<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
-    let density = target.number_densities(positions);
-    parallel::map(density.len(), |i| target.spacing(density[i]).min(target.domain.size()))
-}

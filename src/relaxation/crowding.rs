@@ -2,11 +2,10 @@
 //! change little as two come together. They part along their layer, with those about them that are then too close.
 
 use super::layers::Layers;
-use super::pairs::{closer_than_by, measured_spacings};
+use super::pairs::{closer_than_by, measured_spacings, spacings};
 use super::separation::{Separation, near};
-use crate::target::{Positions, Target, at};
+use crate::target::{Positions, Target};
 use sph::exchange::Exchange;
-use sph::parallel;
 use sph::sums::Apart;
 
 /// Distance in spacings by which particles part that are closer than [`CROWDED`].
@@ -39,10 +38,7 @@ fn part_once<const D: usize>(
     positions: &mut Positions<D>,
     most: f64,
 ) -> bool {
-    let own = positions[0].len();
-    let wanted =
-        parallel::map(own, |i| target.spacing(target.number_density(&at(positions, i))).min(target.domain.size()));
-    let spacing = measured_spacings(exchange, target, positions, &wanted);
+    let spacing = measured_spacings(exchange, target, positions, &spacings(target, positions));
     // As they are counted in the end: an image in a wall is no other particle.
     let domain = target.domain.without_mirrors();
     let crowded = closer_than_by(Apart::Larger, exchange, &domain, positions, &spacing, CROWDED);
@@ -79,6 +75,7 @@ mod tests {
     use super::*;
     use crate::field::AnalyticField;
     use crate::metrics::Measured;
+    use crate::target::at;
     use sph::domain::{Axis, Domain, Region};
     use sph::exchange::Alone;
     use sph::kernel::{KernelName, default_kernel_neighbors};

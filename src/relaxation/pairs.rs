@@ -70,7 +70,7 @@ fn part_crowded<const D: usize>(
 ) -> usize {
     let (own, all) = (positions[0].len(), exchange.count(positions[0].len()));
     let domain = target.domain.mirrored();
-    let spacing = parallel::map(own, |i| target.spacing(target.number_density(&at(positions, i))).min(domain.size()));
+    let spacing = spacings(target, positions);
     let is_paired = |close: Vec<bool>| (0..own).any(|i| close[i] && may_move(i));
     let beside = exchange.count(part_from_surface(target, positions, &spacing, may_move));
     if all < 2 || !exchange.any(is_paired(closer_than(exchange, &domain, positions, &spacing, PAIRED))) {
@@ -78,6 +78,12 @@ fn part_crowded<const D: usize>(
     }
     let most = measured_spacings(exchange, target, positions, &spacing);
     beside.max(part_within((exchange, may_move), target, positions, PAIRED, &most))
+}
+
+/// The spacing of each particle as the target has it there.
+pub(super) fn spacings<const D: usize>(target: &Target<'_, D>, positions: &Positions<D>) -> Vec<f64> {
+    let density = target.number_densities(positions);
+    parallel::map(density.len(), |i| target.spacing(density[i]).min(target.domain.size()))
 }
 
 /// The spacing of each particle by the number density that their sums say, where the target's is `spacing`.

@@ -15,17 +15,17 @@ const INWARDS: f64 = 0.1;
 const LOOKS: usize = 32;
 const STEPS: usize = 24;
 
-/// Where the particle of a part, with the corners of the box about its cells, goes whose `middle` is beside a layer: into it, as near as may be, or into the rest, by their shares of the mass
-/// and its `number`, so that of many parts each gets as many as it has mass for. None where there is no such layer.
+/// Where the particle of a part, with the corners of the box about its cells, goes whose middle, with the density there, is beside a layer: into it, as
+/// near as may be, or into the rest, by their shares of the mass and its `number`, so that of many parts each gets as many as it has mass for. None where
+/// there is no such layer.
 pub(super) fn of_layer_or_medium<const D: usize>(
     target: &Target<'_, D>,
     (cells, [lo, hi]): (&[Cell<D>], [[f64; D]; 2]),
-    middle: &[f64; D],
+    (middle, here): (&[f64; D], f64),
     number: usize,
 ) -> Option<[f64; D]> {
     let volume: f64 = (0..D).map(|k| hi[k] - lo[k]).product();
     let whole = cells.iter().map(|cell| cell.mass).sum::<f64>() / volume;
-    let here = target.number_density(middle);
     if !(here < MOST * whole) {
         return None;
     }

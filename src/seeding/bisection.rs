@@ -192,8 +192,10 @@ impl<const D: usize> Seed<D> {
         let is_sheet = is_sheet(target, cells);
         let centers = centers(target, cells, is_sheet);
         let x = representative_of(target, cells, &centers);
-        let x = of_layer_or_medium(target, (cells, bounds(cells)), &x, number).unwrap_or(x);
-        let spacing = target.spacing(target.number_density(&x));
+        let density = target.number_density(&x);
+        let (x, density) = of_layer_or_medium(target, (cells, bounds(cells)), (&x, density), number)
+            .map_or((x, density), |x| (x, target.number_density(&x)));
+        let spacing = target.spacing(density);
         if is_sheet {
             // Of a layer thinner than a spacing no more than it is thick: that is how its particle's height was found.
             return Self { x, room: widths(cells, &centers).map(|width| width.min(spacing)) };

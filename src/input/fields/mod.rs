@@ -37,6 +37,8 @@ pub(super) const VECTOR_POTENTIAL: &str = "vector_potential";
 /// Half of the width over which a vector potential is differenced has three of these steps, in units of the domain's size:
 /// for waves of a fifth of the domain truncation and rounding both leave ten digits.
 const CURL_STEP: f64 = 1e-3;
+/// The key of an energy for all particles.
+const GIVEN: &str = "thermal.internal_energy";
 
 /// Adds the scene's fields to what `source` carries; `conversion` leads from the scene's numbers to those of the source; those of the same meaning are left out of the file's. Beside it, what is probably not meant.
 ///
@@ -321,19 +323,28 @@ impl<const D: usize> Maker<D> {
     fn stirred(&self, scene: &Scene, input: &TurbulenceInput, domain: &Domain<D>) -> Result<Stirred<D>> {
         let density = |x: &[f64; D]| self.variables.base.density.value(x);
         let turbulence = Turbulence::new(input, input.seed.unwrap_or(scene.seed), domain)?.at_rest_in(domain, &density);
-        let own = Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE));
         let speed = match (&input.rms_velocity, input.mach) {
-            (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &own)?,
-            (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain, &own)?,
+            (Some(speed), _) => speed.value("turbulence.rms_velocity", UnitDimension::VELOCITY, &self.own())?,
+            (None, mach) => mach.unwrap_or(0.0) * self.sound_speed(scene, domain)?,
         };
         Ok((turbulence, speed))
     }
 
+    /// To the scene's numbers.
+    fn own(&self) -> Conversion {
+        Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE))
+    }
+
+    /// The energy that the scene gives to all particles, in its numbers.
+    fn given_energy(&self, scene: &Scene) -> Result<Option<f64>> {
+        let value = |energy: &Quantity| energy.value(GIVEN, UnitDimension::SPECIFIC_ENERGY, &self.own());
+        scene.thermal.internal_energy.as_ref().map(value).transpose()
+    }
+
     /// Root mean square over the mass, by samples: c^2 = gamma (gamma - 1) u.
-    fn sound_speed(&self, scene: &Scene, domain: &Domain<D>, own: &Conversion) -> Result<f64> {
+    fn sound_speed(&self, scene: &Scene, domain: &Domain<D>) -> Result<f64> {
         let gamma = scene.thermal.gamma;
-        if let Some(energy) = &scene.thermal.internal_energy {
-            let energy = energy.value("thermal.internal_energy", UnitDimension::SPECIFIC_ENERGY, own)?;
+        if let Some(energy) = self.given_energy(scene)? {
             return Ok((gamma * (gamma - 1.0) * energy).sqrt());
         }
         let Some((name, text)) = self.thermal(scene).energy(gamma) else {
@@ -426,20 +437,15 @@ impl<const D: usize> Maker<D> {
         }
         Ok(())
     }
-}
 
-impl<const D: usize> Maker<D> {
     /// Compares the energy that the scene gives to all particles with what the input carries.
     fn check_given(&self, scene: &Scene, places: &[[f64; D]]) -> Result<()> {
-        const KEY: &str = "thermal.internal_energy";
-        let (Some(energy), gamma) = (&scene.thermal.internal_energy, scene.thermal.gamma) else { return Ok(()) };
-        let own = Conversion::new(self.constants.system, self.constants.system.unwrap_or(UnitSystem::CODE));
-        let energy = energy.value(KEY, UnitDimension::SPECIFIC_ENERGY, &own)?;
+        let (Some(energy), gamma) = (self.given_energy(scene)?, scene.thermal.gamma) else { return Ok(()) };
         for (other, text) in self.thermal(scene).besides_energy(gamma) {
             let term = self.term(other, &text)?;
             for x in places {
-                thermal::compare((KEY, energy), (other, self.variables.value(x, &term)), gamma)
-                    .map_err(|problem| Error::scene(KEY, format!("{problem} at {x:?}")))?;
+                thermal::compare((GIVEN, energy), (other, self.variables.value(x, &term)), gamma)
+                    .map_err(|problem| Error::scene(GIVEN, format!("{problem} at {x:?}")))?;
             }
         }
         Ok(())
