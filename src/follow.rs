@@ -61,6 +61,8 @@ pub struct Settled {
 const DAMPING: f64 = 0.3;
 /// Longest duration: what is not still by then is known.
 const LONGEST: f64 = 1e4;
+/// Kinetic energy over the gas's own, at most: steps are as short as the gas is fast.
+const FASTEST: f64 = 1e12;
 
 /// Follows the gas and the softened point masses of a file until `options.duration` or until `control` ends it.
 ///
@@ -231,9 +233,10 @@ impl<const D: usize> Read<D> {
         let whole = come_to_rest(&mut followed);
         let square = |i: usize| masses[i] * followed.velocities[i].iter().map(|v| v * v).sum::<f64>();
         let kinetic = (0..masses.len()).map(square).sum::<f64>();
-        if !kinetic.is_finite() {
+        if !(kinetic < FASTEST) {
             let problem = format!(
-                "make a kinetic energy of {kinetic} times the gas's own: no numbers that can be followed; check the units"
+                "make a kinetic energy of {kinetic:.1e} times the gas's own (at most {FASTEST:.0e}): no numbers that can be followed, since steps are as short as the gas \
+                 is fast; check the units"
             );
             return Err(Error::field(names::VELOCITIES, problem));
         }

@@ -62,7 +62,10 @@ fn a_method_that_has_the_mass_elsewhere_is_not_advised() {
                  domain: {box: [[-0.5, -0.9, -1], [0.5, 0.9, 1]], boundary: [periodic, open, periodic]}\n";
     let text = compared(scene, "seed,solver,alaric:cubic", &[300]).unwrap().text();
     let advice = text.lines().find(|line| line.trim_start().starts_with("Take ")).unwrap();
-    assert!(advice.contains("Take solver") && advice.contains("do not have the input's body: seed"), "{text}");
+    assert!(
+        advice.contains("Take solver") && advice.contains("particles whose density is farther off: seed"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -323,6 +323,19 @@ fn point_masses_keep_their_radii_and_masses() {
     let hole = |file: &ParticleFile| file.species.iter().find(|s| s.part_type == 5).unwrap().table.clone();
     let radius = hole(&read(&file("b.hdf5"))).column(names::ACCRETION_RADIUS).unwrap().values.get(0);
     assert!((radius / (0.25 * length / 100.0) - 1.0).abs() < 1e-6, "{radius:e}");
+    // What a format has no place for is refused, and may be left out.
+    let refused = |args: &[&str], why: &str| {
+        let (good, text) = convert(&file("a.vtu"), &file("e.dat"), args);
+        assert!(!good && text.contains(why) && !file("e.dat").exists(), "{text}");
+    };
+    refused(&["--to", "sph-exa"], "--types 0");
+    refused(&["--to", "gadget-binary", "--types", "0,3"], "names 3, but the file has 500 of type 0 and 1 of type 5");
+    let (good, text) = convert(&file("a.vtu"), &file("e.dat"), &["--to", "gadget-binary", "--types", "0"]);
+    assert!(good && text.contains("left out, as --types says: 1 of type 5"), "{text}");
+    assert_eq!(
+        read(&file("e.dat")).species.iter().map(|s| (s.part_type, s.table.count)).collect::<Vec<_>>(),
+        [(0, 500)]
+    );
     // What has no mass says so.
     with_hole.species[1].table.columns.remove(2);
     sph_formats::write(FORMATS, &file("c.npz"), None, &with_hole, WriteOptions::default()).unwrap();
@@ -349,4 +362,29 @@ fn pure_numbers_are_converted_only_where_their_units_are_said() {
     }
     let (good, text) = convert(&file("solar.hdf5"), &file("c.hdf5"), &["--input-units", "cgs"]);
     assert!(!good && text.contains("states its own"), "{text}");
+}
+
+/// Beyond 2^53 an f64 does not tell one number from the next.
+#[test]
+fn numbers_of_particles_beyond_the_digits_of_floats_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut numbered = particles();
+    let ids: Vec<i64> = (0..500).map(|i| (1 << 54) + 1 + i).collect();
+    let column = Column {
+        name: names::PARTICLE_IDS.into(),
+        components: 1,
+        values: Values::I64(ids.clone()),
+        dimension: UnitDimension::NONE,
+    };
+    numbered.species[0].table.columns.push(column);
+    for name in ["a.vtu", "a.vtp", "a.vtk"] {
+        let path = folder.path().join(name);
+        sph_formats::write(FORMATS, &path, None, &numbered, WriteOptions::default()).unwrap();
+        let back = read(&path);
+        assert_eq!(
+            back.species[0].table.column(names::PARTICLE_IDS).unwrap().values,
+            Values::I64(ids.clone()),
+            "{name}"
+        );
+    }
 }

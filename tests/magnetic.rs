@@ -196,3 +196,21 @@ fn a_unit_that_is_no_magnetic_field_or_cannot_be_converted_is_refused() {
         assert!(parts.iter().all(|part| text.contains(part)), "{field}: {text}");
     }
 }
+
+/// GADGET's files have no word for it, and codes with such files differ by more than a factor of 3.5.
+#[test]
+fn a_field_of_an_hdf5_file_that_says_nothing_of_its_unit_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gas.hdf5");
+    let scene = format!("{BOX}fields: {{magnetic_field: ['1*uG', 0, 0]}}\noutput: {{format: gadget}}");
+    run(&scene, &path);
+    let told = || {
+        let facts = read(&path).header.provenance;
+        facts.iter().any(|(_, text)| text.contains("nothing says what its magnetic field is in"))
+    };
+    assert!(!told());
+    let file = H5File::open_rw(&path).unwrap();
+    file.delete_group("SphPrep").unwrap();
+    file.close().unwrap();
+    assert!(told());
+}

@@ -322,24 +322,28 @@ fn pairs_that_settling_makes_are_in_the_verdict_on_all_bodies() {
     }
 }
 
-/// Particles have the energies that the equation of state says where the balance is used, or asked for no more than these.
+/// Whether the balance is used or not, and not those of the input's own pressure, which is not written beside them.
 #[test]
-fn an_equation_of_state_that_the_particles_do_not_have_is_told() {
+fn particles_have_the_energies_of_the_equation_of_state_that_is_stated() {
     let star = |more: &str| {
         let text = format!(
             "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nparticles: 300\npolish: none\noutput: {{units: code}}\n\
              balance: {{equation_of_state: {{isothermal: {{sound_speed: 2}}}}{more}}}\n"
         );
         let (file, report) = placed(&text);
-        let energy = values(&file.species[0].table, names::INTERNAL_ENERGY);
-        let is_told = report.warnings.iter().any(|w| w.contains("`balance: {evaluations: 0}` gives these"));
-        (energy.iter().sum::<f64>() / energy.len() as f64, is_told)
+        let table = &file.species[0].table;
+        assert!(table.column(names::PRESSURE).is_none(), "{more}");
+        let is_told =
+            report.notes.iter().any(|note| note.contains("balance.equation_of_state at the target's density"));
+        (values(table, names::INTERNAL_ENERGY), is_told)
     };
-    // u = c^2/(gamma - 1), of densities that are some percent off; the star's own are below 0.8.
+    // u = c^2/(gamma - 1); the star's own are below 0.8.
     let (energy, is_told) = star("");
-    assert!(energy < 0.8 && is_told, "{energy}");
+    assert!(energy.iter().all(|u| (u / 6.0 - 1.0).abs() < 1e-6) && is_told, "{energy:?}");
+    // Those of summed densities, which are some percent off.
     let (energy, is_told) = star(", evaluations: 0");
-    assert!((energy / 6.0 - 1.0).abs() < 0.1 && !is_told, "{energy}");
+    let mean = energy.iter().sum::<f64>() / energy.len() as f64;
+    assert!((mean / 6.0 - 1.0).abs() < 0.1 && !is_told, "{mean}");
 }
 
 #[test]
@@ -353,4 +357,42 @@ fn snapshots_are_not_turned_or_scaled() {
         let error = place(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
         assert!(error.contains(&format!("input.{key}")) && error.contains("leave it out"), "{error}");
     }
+}
+
+/// Whether parameter files are asked for or not.
+#[test]
+fn what_a_code_does_not_do_is_told_of_every_file_for_it() {
+    let told = |scene: &str, code: &str, parts: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene =
+            Scene::parse(&format!("{scene}target_code: {code}\nwvt: {{iterations: 0}}\npolish: none\n")).unwrap();
+        scene.output.file = Some(folder.path().join("ic.hdf5"));
+        let report = run(&scene, FORMATS, &Control::default()).unwrap_or_else(|e| panic!("{e}"));
+        for part in parts {
+            assert!(report.notes.iter().any(|note| note.contains(part)), "{code} lacks '{part}': {:#?}", report.notes);
+        }
+        assert_eq!(
+            report.notes.iter().any(|note| note.contains("gravity_of")),
+            scene.bodies.is_empty() && !scene.gravity_of.is_empty()
+        );
+    };
+    let gas = "input: {expression: '1', dimension: 3}\ndomain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [BOUNDARY]}\nparticles: 512\n";
+    let fields = "fields: {pressure: 1, dust_fraction: 0.1, magnetic_field: [0.5, 0, 0]}\n";
+    // P = (gamma - 1) rho u with all of rho in place of the gas alone.
+    let of_dust = "up to 1.111 times the scene's";
+    for code in ["swift", "gadget4"] {
+        told(&(gas.replace("BOUNDARY", "periodic") + fields), code, &["no magnetic fields", of_dust]);
+    }
+    told(&gas.replace("BOUNDARY", "reflecting"), "swift", &["no reflecting walls"]);
+    told(
+        "input: {profile: {hydrostatic: {mass: 0.1, outer_radius: 1, n: 1.5}}}\ngravity_of: [{point_mass: 1, softening_radius: 0.5}]\n\
+         particles: 300\n",
+        "swift",
+        &["does not receive the gravity of what `gravity_of` names"],
+    );
+    told(
+        "input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}, dimension: 2}\nparticles: 300\n",
+        "gadget4",
+        &["a body that its own gravity holds in 2-D disperses"],
+    );
 }

@@ -9,6 +9,8 @@ pub struct Layout {
     /// The same of the group of units; `None` where there is no such group.
     pub units: Option<Vec<(String, Vec<f64>)>>,
     pub datasets: Vec<Dataset>,
+    /// Support radii over the numbers of the file's smoothing lengths, where the file or its author says what these are.
+    pub support_over_length: Option<f64>,
     /// Version of the container's superblock, by which old libraries know what is too new for them.
     pub superblock: Option<u8>,
 }

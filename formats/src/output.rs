@@ -175,17 +175,23 @@ fn replaceable(path: &Path) -> Result<PathBuf> {
         Ok(found) if !found.is_file() => {
             refuse(std::io::ErrorKind::InvalidInput, "it is a device, pipe or socket; name a file")
         }
+        _ if target.is_symlink() => refuse(std::io::ErrorKind::InvalidInput, "it is a symbolic link to itself"),
         _ => Ok(target),
     }
 }
 
-/// Where a symbolic link leads, or `path` itself; renaming onto a link would replace the link.
+/// Where a symbolic link leads, be it to what is not there yet, or `path` itself; renaming onto a link would replace the link.
 fn link_target(path: &Path) -> PathBuf {
-    match path.is_symlink() {
-        true => std::fs::canonicalize(path).unwrap_or_else(|_| path.into()),
-        false => path.into(),
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(to) = std::fs::read_link(&target) else { break };
+        target = folder_of(&target).join(to);
     }
+    target
 }
+
+/// Links from one to the next that are followed, as systems do.
+const MOST_LINKS: usize = 40;
 
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))

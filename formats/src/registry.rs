@@ -473,16 +473,18 @@ fn absent(spec: &FormatSpec, path: &Path, can: bool, verb: &str) -> FormatError 
 }
 
 fn read_head(path: &Path, bytes: usize) -> Result<Vec<u8>> {
-    let is_dir = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?.is_dir();
-    if is_dir {
-        return Err(FormatError::io(
-            path,
-            "read",
-            std::io::Error::new(
-                std::io::ErrorKind::IsADirectory,
-                "it is a directory, not a file; the folders that are read have a file named Header (AMReX plotfiles)",
-            ),
-        ));
+    let kind = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?.file_type();
+    let refuse = |kind, problem: &str| Err(FormatError::io(path, "read", std::io::Error::new(kind, problem)));
+    if kind.is_dir() {
+        let problem =
+            "it is a directory, not a file; the folders that are read have a file named Header (AMReX plotfiles)";
+        return refuse(std::io::ErrorKind::IsADirectory, problem);
+    }
+    if !kind.is_file() {
+        // What was read from a pipe to recognize the format would be lost, and one that nobody writes to waits forever.
+        let problem =
+            "it is a pipe or a device, and formats are read more than once; save its contents as a file first";
+        return refuse(std::io::ErrorKind::InvalidInput, problem);
     }
     let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
     let mut head = Vec::with_capacity(SNIFF_BYTES);

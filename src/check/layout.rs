@@ -100,16 +100,26 @@ const UNITS: [&str; 5] = [
 /// Superblocks of HDF5 files that libraries before 1.10 open, and codes built with those.
 const OLD_SUPERBLOCK: u8 = 2;
 
-/// Findings of the files that particles are from, for codes that start from such files.
-pub(super) fn layouts(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
-    let opened = match code.sheet.name {
+/// The attributes that a code opens which starts from such files.
+fn attributes(code: &TargetCode) -> Option<&'static [(&'static str, Room)]> {
+    Some(match code.sheet.name {
         "swift" => OF_SWIFT,
         "gadget4" => OF_GADGET4,
         "gadget2" => OF_GADGET2,
         "gizmo" => OF_GIZMO,
         "arepo" => OF_AREPO,
-        _ => return,
-    };
+        _ => return None,
+    })
+}
+
+/// Whether a code starts from such files.
+pub(super) fn opens(code: &TargetCode) -> bool {
+    attributes(code).is_some()
+}
+
+/// Findings of the files that particles are from, for codes that start from such files.
+pub(super) fn layouts(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
+    let Some(opened) = attributes(code) else { return };
     for layout in &file.header.layouts {
         let mut found = Vec::new();
         lacking(layout, opened, code, &mut found);

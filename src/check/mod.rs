@@ -18,7 +18,7 @@ use sph::domain::Domain;
 use sph::point_mass::PointMass;
 use sph::sums::support_guess;
 use sph_formats::common::particle_names as names;
-use sph_formats::{ParticleFile, ParticleTable, UnitSystem};
+use sph_formats::{ParticleFile, ParticleTable, RunHeader, UnitSystem};
 use values::{header, numbers, values, velocities};
 
 /// Particles nearer than this many spacings are one to a code, or a pair.
@@ -27,6 +27,8 @@ pub(crate) const PAIRED: f64 = 0.3;
 /// Smoothing lengths may be off by this factor: a code finds its own, but from afar slowly or not at all.
 const NEAR: f64 = 1.25;
 const FAR: f64 = 3.0;
+/// In edges of the box: farther away rounding moves particles.
+const FARTHEST: f64 = 1e9;
 /// The square of more is beyond single precision.
 const LARGE_MASS: f64 = 1e19;
 /// A density column may be off by this much: it may be the sum with another kernel.
@@ -129,9 +131,23 @@ fn frame(file: &ParticleFile, code: &TargetCode, findings: &mut Vec<Finding>) {
                 }
                 false => "a periodic build moves it to the other side: shift the particles into the box".into(),
             };
-            let (particle, x, edge) = (i / header.dimension, x.values.get(i), edges[i % header.dimension]);
-            let text = format!("particle {particle} is at {x}, outside of the box from 0 to {edge}; {what}");
+            let (particle, edge) = (i / header.dimension, edges[i % header.dimension]);
+            let text = format!(
+                "particle {particle} is at {:?}, outside of the box from 0 to {edge:?}; {what}",
+                x.values.get(i)
+            );
             add(findings, level, &named(species, names::COORDINATES), text);
+        }
+        let is_lost = |i: &usize| {
+            x.values.get(*i).is_finite() && x.values.get(*i).abs() > FARTHEST * edges[*i % header.dimension]
+        };
+        if let Some(i) = (0..x.values.len()).find(|i| edges[i % header.dimension] > 0.0 && is_lost(i)) {
+            let text = format!(
+                "particle {} is at {:?}, so far from the box that its coordinate has no digits left for a place in it",
+                i / header.dimension,
+                x.values.get(i)
+            );
+            add(findings, Level::Error, &named(species, names::COORDINATES), text);
         }
     }
     if header.units == UnitSystem::CODE {
@@ -181,7 +197,7 @@ fn sums<const D: usize>(
         add(findings, Level::Good, names::DENSITY, text);
         return Ok(());
     }
-    smoothing(&measured, table, (code, size), (&header.box_size, header.periodic), findings);
+    smoothing(&measured, table, (code, size), header, findings);
     let interior: Vec<usize> = (0..n).filter(|&i| measured.interior[i]).collect();
     if let Some(column) = density {
         let summed = |i: usize| measured.sums[i].weighted * total / size.powi(D as i32);
@@ -257,11 +273,13 @@ fn smoothing<const D: usize>(
     measured: &Measured<D>,
     table: &ParticleTable,
     (code, size): (&TargetCode, f64),
-    (box_size, periodic): (&[f64; 3], [bool; 3]),
+    RunHeader { box_size, periodic, layouts, .. }: &RunHeader,
     findings: &mut Vec<Finding>,
 ) {
-    // Where the file does not say which convention it follows, it is the code's.
-    let own = table.column(names::SUPPORT_RADIUS).map(|c| (c, 1.0));
+    // Where the file does not say which convention it follows, it is the code's, as it is of what the code opens itself.
+    let by_author = layouts.first().filter(|_| layout::opens(code)).and_then(|layout| layout.support_over_length);
+    let of_code = by_author.map_or(1.0, |by_author| code.support_over_length(D) / by_author);
+    let own = table.column(names::SUPPORT_RADIUS).map(|c| (c, of_code));
     let by_code = || table.column(names::SMOOTHING_LENGTH).map(|c| (c, code.support_over_length(D)));
     let Some((column, factor)) = own.or_else(by_code) else { return };
     let radius = |i: usize| factor * column.values.get(i);

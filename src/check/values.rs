@@ -75,11 +75,26 @@ pub(super) fn values(species: &Species, (code, header): (&TargetCode, &RunHeader
             add(findings, Level::Error, &named(species, as_in_files(&column.name)), text);
         }
     }
+    let is_single = |name: &str| {
+        IN_SINGLE_PRECISION.contains(&code.sheet.name) && ![names::COORDINATES, names::PARTICLE_IDS].contains(&name)
+    };
+    for column in table.columns.iter().filter(|column| is_single(&column.name)) {
+        let is_beyond = |v: f64| v.is_finite() && v.abs() > f64::from(f32::MAX);
+        if let Some((particle, value)) = first(column, is_beyond) {
+            let text = format!(
+                "is {value:e} at particle {particle}, beyond the single precision (3.4e38) in which {title} keeps it by default: it becomes infinite; expected units in which it is nearer to 1"
+            );
+            add(findings, Level::Error, &named(species, as_in_files(&column.name)), text);
+        }
+    }
     positive(species, findings);
     if let Some(masses) = table.column(names::MASSES) {
         of_masses(species, masses, (code, d), findings);
     }
 }
+
+/// Codes that keep what particles have, but for their places, in single precision unless they are built otherwise.
+const IN_SINGLE_PRECISION: [&str; 4] = ["swift", "gadget4", "gadget2", "gizmo"];
 
 /// Velocities that no matter has.
 pub(super) fn velocities(file: &ParticleFile, findings: &mut Vec<Finding>) {
@@ -90,7 +105,8 @@ pub(super) fn velocities(file: &ParticleFile, findings: &mut Vec<Finding>) {
     for species in &file.species {
         let Some(column) = species.table.column(names::VELOCITIES) else { continue };
         if let Some((particle, value)) = first(column, |v| v.abs() * units.length / units.time > LIGHT) {
-            let text = format!("are {value} at particle {particle}, faster than light in the file's units; check them");
+            let text =
+                format!("are {value:?} at particle {particle}, faster than light in the file's units; check them");
             add(findings, Level::Warning, &named(species, names::VELOCITIES), text);
         }
     }

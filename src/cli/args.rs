@@ -125,7 +125,7 @@ pub struct InspectArgs {
     #[arg(long)]
     pub density: Option<String>,
     /// Value of the time coordinate to read.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub time: Option<f64>,
     /// Role of a variable, if its name does not determine it: vel1=velocity-x; may be repeated.
     #[arg(long, value_name = "NAME=ROLE")]
@@ -160,14 +160,14 @@ pub struct FollowArgs {
     #[arg(long = "for", value_name = "CODE")]
     pub target_code: String,
     /// Duration in dynamical times sqrt(R^3/(G M)), or in sound crossing times of the domain if there is no gravity.
-    #[arg(long, value_name = "T_DYN", default_value_t = 3.0)]
+    #[arg(long, value_name = "T_DYN", default_value_t = 3.0, allow_negative_numbers = true)]
     pub duration: f64,
     /// Gravitational constant in the file's units, 0 for no gravity [default: the code's, for a file in 3-D that is not
     /// periodic].
     #[arg(long, value_name = "G", allow_negative_numbers = true)]
     pub gravity: Option<f64>,
     /// Adiabatic index of gas without material numbers [default: that of the file, else 5/3].
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub gamma: Option<f64>,
     /// Treat the box as open, with vacuum outside. GADGET files do not state whether their box is periodic, and are
     /// treated as periodic by default.
@@ -175,7 +175,7 @@ pub struct FollowArgs {
     pub open: bool,
     /// Before that, damp all motion except translation and rotation of the whole for this time, and write the particles
     /// to --out.
-    #[arg(long, value_name = "T_DYN", requires = "output")]
+    #[arg(long, value_name = "T_DYN", requires = "output", allow_negative_numbers = true)]
     pub settle: Option<f64>,
     /// Particle file to write after --settle.
     #[arg(long = "out", value_name = "FILE", requires = "settle")]
@@ -190,7 +190,7 @@ pub struct FollowArgs {
     #[arg(long)]
     pub format: Option<String>,
     /// Stop after this many seconds and report the result so far.
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub time_limit: Option<f64>,
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_parser = threads)]
@@ -235,12 +235,16 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "UNITS")]
     pub input_units: Option<String>,
     /// Edge length of the box, in units of the output, if the input has no box.
-    #[arg(long = "box", value_name = "LENGTH")]
+    #[arg(long = "box", value_name = "LENGTH", allow_negative_numbers = true)]
     pub box_size: Option<f64>,
     /// Treat the box as open, with vacuum outside. GADGET files do not state whether their box is periodic, and are
     /// treated as periodic by default.
     #[arg(long)]
     pub open: bool,
+    /// Only the particles of these types, by GADGET's numbers: 0 is gas, 1 halo, 2 disk, 3 bulge, 4 stars, 5 black holes
+    /// or boundary [default: all].
+    #[arg(long, value_name = "TYPE,...", value_delimiter = ',')]
+    pub types: Vec<u8>,
     /// Write this many files: NAME.0.EXT, NAME.1.EXT and so on for GADGET and similar formats, pieces of a .pvtu for
     /// VTK.
     #[arg(long, value_name = "K", default_value_t = 1)]

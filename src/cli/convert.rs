@@ -11,7 +11,7 @@ use crate::run::destination::{refuse_replacing, refuse_units_that_look_pure};
 use crate::scene::system_of;
 use sph_formats::common::particle_names as names;
 use sph_formats::model::{COSMOLOGY_KEY, DOUBT_KEY, FILES_KEY, LACKS_KEY};
-use sph_formats::{Column, FormatSpec, ParticleFile, UnitSystem, registry};
+use sph_formats::{Column, FormatSpec, ParticleFile, Species, UnitSystem, registry};
 
 /// Relative change of a column that is more than the rounding to f32.
 const ROUNDING: f64 = 1e-6;
@@ -37,6 +37,7 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
     notes.extend(file.header.take(DOUBT_KEY));
     notes.extend(file.header.take(COSMOLOGY_KEY));
     file.header.take(LACKS_KEY);
+    notes.extend(take_types(&mut file, &args.types)?);
     name_units(&mut file.header.units, args)?;
     if let Some(name) = &args.units {
         refuse_units_that_look_pure(target, "--units", name)?;
@@ -68,6 +69,26 @@ pub fn convert(formats: &[FormatSpec], args: &ConvertArgs) -> Result<Vec<String>
         Err(e) => notes.push(format!("what '{}' holds could not be checked: {e}", args.to.display())),
     }
     Ok(notes)
+}
+
+/// Leaves the particles of other types out, where some are named; what is said of that.
+///
+/// # Errors
+/// A type of which there are no particles.
+fn take_types(file: &mut ParticleFile, types: &[u8]) -> Result<Option<String>> {
+    let counts = |species: &[Species]| {
+        let told: Vec<String> = species.iter().map(|s| format!("{} of type {}", s.table.count, s.part_type)).collect();
+        told.join(" and ")
+    };
+    if let Some(absent) = types.iter().find(|t| !file.species.iter().any(|s| s.part_type == **t)) {
+        let problem = format!("names {absent}, but the file has {}", counts(&file.species));
+        return Err(Error::scene("--types", problem));
+    }
+    if types.is_empty() {
+        return Ok(None);
+    }
+    let left_out: Vec<Species> = file.species.extract_if(.., |s| !types.contains(&s.part_type)).collect();
+    Ok((!left_out.is_empty()).then(|| format!("left out, as --types says: {}", counts(&left_out))))
 }
 
 /// Notes of columns with values that are no numbers, which few codes survive.

@@ -13,14 +13,22 @@ pub struct EncodingArgs {
     /// Write f64 where the format's default is f32.
     #[arg(long)]
     double: bool,
-    /// Deflate level, 0 to 9.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(0..=9))]
-    compression: u8,
+    /// Deflate level, 0 to 9 [default: 4].
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=9))]
+    compression: Option<u8>,
 }
 
 impl EncodingArgs {
     pub fn options(&self) -> WriteOptions {
-        WriteOptions { compression: self.compression, double_precision: self.double }
+        self.over(WriteOptions::default())
+    }
+
+    /// Those of the command line over others.
+    pub fn over(&self, of_scene: WriteOptions) -> WriteOptions {
+        WriteOptions {
+            compression: self.compression.unwrap_or(of_scene.compression),
+            double_precision: self.double || of_scene.double_precision,
+        }
     }
 }
 
@@ -34,14 +42,17 @@ pub struct StreamArgs {
     #[arg(long, value_name = "NAME")]
     pub to: Option<String>,
     /// Write this many files: NAME.0.EXT, NAME.1.EXT and so on for GADGET and similar formats, pieces of a .pvtu for
-    /// VTK.
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    pub files: usize,
+    /// VTK [default: 1, or what the scene says].
+    #[arg(long, value_name = "K")]
+    pub files: Option<usize>,
     /// Write only file PART of --files, counted from 0, and leave the others to other processes.
     #[arg(long, value_name = "PART", conflicts_with = "dry_run")]
     pub part: Option<usize>,
     #[command(flatten)]
     pub encoding: EncodingArgs,
+    /// Do not overwrite an existing output.
+    #[arg(long)]
+    pub no_clobber: bool,
     /// Make all particles, count them, sum their masses and hash their values, but write nothing.
     #[arg(long)]
     pub dry_run: bool,

@@ -5,16 +5,16 @@ use super::stream_args::{ReplicateArgs, SeedArgs, StreamArgs};
 use crate::error::{Error, Result};
 use crate::input::support::support_radii;
 use crate::metrics::{ErrorFigures, PatchFigures};
-use crate::run::destination::refuse_replacing;
+use crate::run::destination::{intended_format, refuse_clobbering, refuse_replacing};
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
 use crate::scene::Scene;
 use sph_formats::common::particle_names as names;
-use sph_formats::registry::detect_output;
+use sph_formats::registry::output_files;
 use sph_formats::stream::TYPES;
 use sph_formats::{
-    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, ParticleTable, RunHeader, Values, write_part,
-    write_stream,
+    Column, FieldRequest, FileContent, FormatSpec, ParticleStream, ParticleTable, RunHeader, Values, WriteOptions,
+    write_part, write_stream,
 };
 use std::fmt::Write;
 use std::ops::Range;
@@ -31,10 +31,9 @@ const ROWS: usize = 1 << 16;
 /// A file that is no box of particles, a target that it cannot be mapped to, and what the writer says.
 pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String> {
     let start = Instant::now();
-    let scene = args.scene.as_deref().map(Scene::load).transpose()?;
+    let mut scene = args.scene.as_deref().map(Scene::load).transpose()?;
     let of_scene = scene.as_ref().map_or_else(Vec::new, Scene::inputs);
-    refuse_inputs(&args.stream, [&args.file].into_iter().chain(&of_scene))?;
-    let format = output_format(formats, &args.stream)?;
+    let to = Destined::new(formats, &args.stream, scene.as_mut(), [&args.file].into_iter().chain(&of_scene))?;
     let progress = Progress::new(false);
     progress.begin("read");
     let content = sph_formats::read(formats, &args.file, args.format.as_deref(), &FieldRequest::default())?;
@@ -49,9 +48,9 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
     let mut out = match &scene {
-        None => put(formats, &args.stream, &repeated, notes, &progress),
-        Some(scene) => mapped(&repeated, scene, formats, format, |stream, more| {
-            put(formats, &args.stream, stream, notes.into_iter().chain(more).collect(), &progress)
+        None => to.put(formats, &repeated, notes, &progress),
+        Some(scene) => mapped(&repeated, scene, formats, to.format, |stream, more| {
+            to.put(formats, stream, notes.into_iter().chain(more).collect(), &progress)
         }),
     }?;
     out.push_str(&taken(start));
@@ -69,8 +68,8 @@ fn taken(start: Instant) -> String {
 pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     let start = Instant::now();
     let mut scene = Scene::load(&args.scene)?;
-    refuse_inputs(&args.stream, &scene.inputs())?;
-    let format = output_format(formats, &args.stream)?;
+    let inputs = scene.inputs();
+    let to = Destined::new(formats, &args.stream, Some(&mut scene), &inputs)?;
     scene.particles = args.particles.or(scene.particles);
     scene.seeding = args.seeding.or(scene.seeding);
     if scene.particles == Some(0) {
@@ -78,8 +77,8 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     }
     let progress = Progress::new(false);
     progress.begin("read");
-    seeds(&scene, formats, format, |stream, notes, measure| {
-        let mut out = put(formats, &args.stream, stream, notes, &progress)?;
+    seeds(&scene, formats, to.format, |stream, notes, measure| {
+        let mut out = to.put(formats, stream, notes, &progress)?;
         // One of several parts tells what all have in common.
         if args.stream.part.unwrap_or(0) == 0 {
             progress.begin("measure");
@@ -114,60 +113,90 @@ fn measured(figures: Option<PatchFigures>) -> String {
     )
 }
 
-/// Refuses to write over any of the `inputs`.
-fn refuse_inputs<'a>(args: &StreamArgs, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
-    let Some(output) = args.output.as_deref() else { return Ok(()) };
-    inputs.into_iter().try_for_each(|input| refuse_replacing("--out", output, input))
+/// Where the particles go, by the command line and the scene's `output`.
+struct Destined<'a, 'f> {
+    args: &'a StreamArgs,
+    format: Option<&'f FormatSpec>,
+    files: usize,
+    options: WriteOptions,
 }
 
-/// The output's format, and whether it is there, before the work.
-fn output_format<'f>(formats: &'f [FormatSpec], args: &StreamArgs) -> Result<Option<&'f FormatSpec>> {
-    let Some(path) = args.output.as_deref() else { return Ok(None) };
-    let format = detect_output(formats, path, args.to.as_deref())?;
-    // All of them are in one folder.
-    let files = sph_formats::registry::output_files(format, path, args.files)?;
-    files.get(args.part.unwrap_or(0)).map_or(Ok(()), |file| sph_formats::output::probe(file))?;
-    Ok(Some(format))
-}
-
-fn put(
-    formats: &[FormatSpec],
-    args: &StreamArgs,
-    stream: &dyn ParticleStream,
-    notes: Vec<String>,
-    progress: &Progress,
-) -> Result<String> {
-    progress.begin(if args.dry_run || args.output.is_none() { "make" } else { "write" });
-    let stream = &Watched::new(stream, progress)?;
-    let mut out = String::new();
-    let count: usize = stream.counts().iter().sum();
-    let header = stream.header();
-    let edges: Vec<String> = header.box_size.iter().take(header.dimension).map(|l| format!("{l:.6e}")).collect();
-    let _ = writeln!(out, "{count} particles in a box of {}", edges.join(" x "));
-    for note in &notes {
-        let _ = writeln!(out, "note: {note}");
-    }
-    let options = args.encoding.options();
-    match (&args.output, args.part) {
-        (Some(path), Some(part)) if !args.dry_run => {
-            let to = args.to.as_deref();
-            let file = write_part(formats, path, to, stream, (part, args.files), options)?;
-            let _ = writeln!(out, "part {part} of {} is in '{}'", args.files, file.display());
-        }
-        (Some(path), None) if !args.dry_run => {
-            let files = write_stream(formats, path, args.to.as_deref(), stream, args.files, options)?;
-            let shown = match files.as_slice() {
-                [first, _, .., last] => format!("'{}' to '{}', {} files", first.display(), last.display(), files.len()),
-                few => few.iter().map(|f| format!("'{}'", f.display())).collect::<Vec<_>>().join(" and "),
+impl<'a, 'f> Destined<'a, 'f> {
+    /// Tries the place and the format, before the work. The scene's output becomes the one of the command line.
+    ///
+    /// # Errors
+    /// A file that would replace one of the `inputs`, or one that is there where none is to be replaced; no such format; what cannot be written.
+    fn new<'i>(
+        formats: &'f [FormatSpec],
+        args: &'a StreamArgs,
+        scene: Option<&mut Scene>,
+        inputs: impl IntoIterator<Item = &'i PathBuf>,
+    ) -> Result<Self> {
+        let mut alone = Scene::default();
+        let scene = scene.unwrap_or(&mut alone);
+        let output = &mut scene.output;
+        output.file.clone_from(&args.output);
+        output.format = args.to.clone().or(output.format.take());
+        output.no_clobber |= args.no_clobber;
+        let of_scene = WriteOptions { compression: output.compression, double_precision: output.double_precision };
+        let options = args.encoding.over(of_scene);
+        let files = args.files.unwrap_or(output.files);
+        let format = intended_format(scene, formats)?;
+        if let (Some(path), Some(format)) = (args.output.as_deref(), format) {
+            inputs.into_iter().try_for_each(|input| refuse_replacing("--out", path, input))?;
+            let all = output_files(format, path, files)?;
+            let own = match args.part {
+                Some(part) => all.get(part..=part).unwrap_or_default(),
+                None => &all,
             };
-            let _ = writeln!(out, "written to {shown}");
+            own.iter().try_for_each(|file| refuse_clobbering("--out", file, scene.output.no_clobber))?;
+            // All of them are in one folder.
+            own.first().map_or(Ok(()), |file| sph_formats::output::probe(file))?;
         }
-        _ => {
-            let Tally { particles, mass, hash } = tally(stream)?;
-            let _ = writeln!(out, "{particles} particles were made, of mass {mass:.9e} together; hash {hash:016x}");
-        }
+        Ok(Self { args, format, files, options })
     }
-    Ok(out)
+
+    fn put(
+        &self,
+        formats: &[FormatSpec],
+        stream: &dyn ParticleStream,
+        notes: Vec<String>,
+        progress: &Progress,
+    ) -> Result<String> {
+        let Self { args, files, options, .. } = *self;
+        let output = args.output.as_deref().filter(|_| !args.dry_run).zip(self.format);
+        progress.begin(if output.is_none() { "make" } else { "write" });
+        let stream = &Watched::new(stream, progress)?;
+        let mut out = String::new();
+        let count: usize = stream.counts().iter().sum();
+        let header = stream.header();
+        let edges: Vec<String> = header.box_size.iter().take(header.dimension).map(|l| format!("{l:.6e}")).collect();
+        let _ = writeln!(out, "{count} particles in a box of {}", edges.join(" x "));
+        for note in &notes {
+            let _ = writeln!(out, "note: {note}");
+        }
+        match (output, args.part) {
+            (Some((path, format)), Some(part)) => {
+                let file = write_part(formats, path, Some(format.name), stream, (part, files), options)?;
+                let _ = writeln!(out, "part {part} of {files} is in '{}'", file.display());
+            }
+            (Some((path, format)), None) => {
+                let written = write_stream(formats, path, Some(format.name), stream, files, options)?;
+                let shown = match written.as_slice() {
+                    [first, _, .., last] => {
+                        format!("'{}' to '{}', {} files", first.display(), last.display(), written.len())
+                    }
+                    few => few.iter().map(|f| format!("'{}'", f.display())).collect::<Vec<_>>().join(" and "),
+                };
+                let _ = writeln!(out, "written to {shown} ({})", format.name);
+            }
+            (None, _) => {
+                let Tally { particles, mass, hash } = tally(stream)?;
+                let _ = writeln!(out, "{particles} particles were made, of mass {mass:.9e} together; hash {hash:016x}");
+            }
+        }
+        Ok(out)
+    }
 }
 
 /// Particles whose way into a file is shown.

@@ -47,8 +47,10 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
         run.method,
         100.0 * error(&chosen),
         match error(&chosen) {
-            e if e <= least(&all, error) => "the least of all",
-            e if e <= SAME_ERROR * least(&all, error) => "about the least of all",
+            e if e <= least(&all, error) && wrong.is_empty() => "the least of all",
+            e if e <= least(&all, error) => "the least of those that are right everywhere",
+            e if e <= SAME_ERROR * least(&all, error) && wrong.is_empty() => "about the least of all",
+            e if e <= SAME_ERROR * least(&all, error) => "about the least of those that are right everywhere",
             e if e <= FINE_ERROR => "as good as exact",
             _ => "the least of those that are quieter than random points by half",
         },
@@ -98,7 +100,7 @@ pub fn advice(comparison: &Comparison) -> Option<String> {
         };
         let _ = write!(
             out,
-            " These do not have the input's body: {}.",
+            " These are not right everywhere, with mass elsewhere or particles whose density is farther off: {}.",
             wrong.iter().map(each).collect::<Vec<_>>().join(", ")
         );
     }

@@ -12,9 +12,10 @@ use crate::input::internal_units::Prepared;
 use crate::input::units::{InputUnits, RunUnits};
 use crate::input::weight::{AtRest, Beside, attraction};
 use crate::scene::{BalanceInput, GravityName, Scene};
-use crate::target::{Equilibrium, MaterialState, Materials};
+use crate::target::{Equilibrium, MaterialState, Materials, Positions, at};
 use sph::domain::{Domain, Region};
 use sph::geometry::distance;
+use sph::parallel;
 use sph::point_mass::PointMass;
 use sph_formats::common::particle_names as names;
 use sph_formats::{Unit, UnitDimension};
@@ -97,8 +98,13 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         }
         // A model in pure numbers has G = 1, or what `balance.constant` says.
         let attracts = units.input.is_some() || scene.own_gravity().is_some();
-        if !attracts || D < 3 || prepared.source.radial.is_none() {
+        if !attracts || prepared.source.radial.is_none() {
             return Ok((None, None));
+        }
+        if D < 3 {
+            let asks =
+                "codes have gravity between matter in three dimensions only: `balance: true` balances it all the same";
+            return Ok((None, Some(Doubt::Unasked(asks.to_owned()))));
         }
         let checked = Self::known(scene, prepared, units).and_then(|known| match known {
             Some(known) => Ok((known.contradiction(scene, prepared, units.input)?, Some(known))),
@@ -231,6 +237,15 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
             known.gravity = Gravity::None;
         }
         Ok(Some(known))
+    }
+
+    /// Internal energies that the target says for particles at these places, in internal units.
+    pub fn energies(&self, positions: &Positions<D>) -> Vec<f64> {
+        parallel::map(positions[0].len(), |i| {
+            let x = at(positions, i);
+            let own = || self.pressure(&x) / ((self.gamma - 1.0) * self.density.value(&x).max(f64::MIN_POSITIVE));
+            self.material(&x).map_or_else(own, |state| state.energy)
+        })
     }
 
     fn pressure_by(&self, pressure: &Pressure<'_, D>, x: &[f64; D]) -> f64 {

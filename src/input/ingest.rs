@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::{
     Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, from_raw, in_units_of,
-    natural_dimension,
+    natural_dimension, total_mass,
 };
 use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
@@ -302,8 +302,11 @@ pub fn source<const D: usize>(
     source.notes.extend(notes);
     match stated {
         Some(domain) => {
-            source.domain = domain;
             input_mass = source.mass.take().map(|mass| mass.value);
+            if let (Some(_), Some(mass)) = (&of_snapshot, input_mass) {
+                source = of_mass(source, mass)?;
+            }
+            source.domain = domain;
             if let Some(of_snapshot) = &mut of_snapshot {
                 source.notes.extend(of_snapshot.leave_all_but_fields("the scene has a domain of its own"));
             }
@@ -319,6 +322,28 @@ pub fn source<const D: usize>(
         of_snapshot = Some(found);
     }
     Ok(Ingested { source, variables, input_mass, of_snapshot })
+}
+
+/// Accuracy to which the mass of a field is found that the densities of particles make.
+const SUMMED: f64 = 1e-5;
+/// A change of that mass which is worth a note.
+const SEEN: f64 = 1e-3;
+
+/// A snapshot's field with the mass that its particles have: summed densities count each particle's own share as well, and are too large as a whole.
+fn of_mass<const D: usize>(source: Source<D>, mass: f64) -> Result<Source<D>> {
+    let summed = total_mass(source.density.as_ref(), &source.domain, SUMMED)?.value;
+    let factor = mass / summed;
+    if !(factor.is_finite() && factor > 0.0) {
+        return Ok(source);
+    }
+    let mut source = source.scaled(1.0, factor);
+    if (factor - 1.0).abs() > SEEN {
+        source.notes.push(format!(
+            "the summed densities of the snapshot hold {:.4} times the mass of its particles, and are divided by that everywhere",
+            1.0 / factor
+        ));
+    }
+    Ok(source)
 }
 
 const MAGNETIC_UNIT: &str = "input.magnetic_field_unit";

@@ -13,6 +13,8 @@ pub(crate) const INTERNAL_ENERGY: &str = "internal_energy";
 pub(crate) const ENTROPY: &str = "entropy";
 pub(crate) const MEAN_MOLECULAR_WEIGHT: &str = "mean_molecular_weight";
 const DUST_FRACTION: &str = "dust_fraction";
+/// How the expression of an energy by a temperature begins.
+pub(crate) const OF_TEMPERATURE: &str = "kB*";
 
 /// Thermal fields may disagree by this much of the energy: they come with four digits, or from tables.
 const AGREEMENT: f64 = 1e-3;
@@ -77,7 +79,7 @@ impl Known {
         match name {
             PRESSURE => format!("{PRESSURE}/(({gamma:?} - 1)*{rho})"),
             ENTROPY => format!("{ENTROPY}*{rho}^({gamma:?} - 1)/({gamma:?} - 1)"),
-            TEMPERATURE => format!("kB*{TEMPERATURE}/(({gamma:?} - 1)*{MEAN_MOLECULAR_WEIGHT}*mH)"),
+            TEMPERATURE => format!("{OF_TEMPERATURE}{TEMPERATURE}/(({gamma:?} - 1)*{MEAN_MOLECULAR_WEIGHT}*mH)"),
             _ => INTERNAL_ENERGY.to_owned(),
         }
     }

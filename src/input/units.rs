@@ -63,8 +63,13 @@ impl RunUnits {
             (None, Some(name)) => Some(system_of("output.units", name)?),
             (None, None) => input.map(|units| units.system()),
         };
-        let is_own = scene.stated_units()?.is_none() && input.is_some();
-        Ok(Self { input, scene: own, is_unsaid: is_own && scene.input.has_profile_with_units() })
+        let is_unsaid = scene.stated_units()?.is_none()
+            && match input {
+                Some(_) => scene.input.has_profile_with_units(),
+                // The units of the output would be those of the plain numbers beside others.
+                None => written.is_some() && scene.has_quantities_with_units(),
+            };
+        Ok(Self { input, scene: own, is_unsaid })
     }
 
     /// Whether length and density of the input are in the units of the scene's numbers.

@@ -214,3 +214,22 @@ pub fn internal_energy(
     }
     Ok(EnergySource::NotWritten)
 }
+
+/// A gas is ideal where pressures and energies are in one proportion, but for so much.
+const SAME_GAS: f64 = 0.02;
+
+/// What gamma pressures and energies of an ideal gas have that both are carried, where it is not `gamma`. `density` is as above.
+pub fn other_gamma(columns: &[Column], density: &[f64], gamma: f64) -> Option<f64> {
+    let scalar = |name: &str| columns.iter().find(|c| c.name == name && c.components == 1);
+    let (pressure, energy) = (scalar(names::PRESSURE)?, scalar(names::INTERNAL_ENERGY)?);
+    if scalar(names::DUST_FRACTION).is_some() || scalar(names::MATERIAL_IDS).is_some() {
+        return None;
+    }
+    let share = |i: usize| pressure.values.get(i) / (density[i] * energy.values.get(i));
+    let mut shares: Vec<f64> = (0..density.len()).map(share).collect();
+    shares.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| shares.get((share * (shares.len() as f64 - 1.0)) as usize).copied();
+    let (low, median, high) = (at(0.05)?, at(0.5)?, at(0.95)?);
+    let is_ideal = median > 0.0 && high - low <= SAME_GAS * median;
+    (is_ideal && (median / (gamma - 1.0) - 1.0).abs() > SAME_GAS).then_some(median + 1.0)
+}

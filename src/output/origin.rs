@@ -4,7 +4,7 @@ use super::frame::Frame;
 use crate::error::{Error, Result};
 use crate::scene::{Conversion, OriginInput, OriginName, Scene, values};
 use crate::target::Positions;
-use sph::domain::Domain;
+use sph::domain::{Axis, Domain};
 use sph::reduce;
 use sph_formats::registry::{FixedCorner, Origin};
 use sph_formats::{FormatSpec, UnitDimension};
@@ -20,6 +20,12 @@ pub fn wanted(scene: &Scene, format: Option<&FormatSpec>, (periodic, open): (boo
         _ => None,
     };
     scene.output.origin.clone().or_else(by_format)
+}
+
+/// Whether a domain is periodic along an axis, and whether there is vacuum beyond one.
+pub fn closed_and_open<const D: usize>(domain: &Domain<D>) -> (bool, bool) {
+    let open = |k: usize| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN;
+    (domain.axes.contains(&Axis::Periodic), (0..D).any(open))
 }
 
 /// Refuses an origin that the format or the box does not allow; `periodic` says which axes are.

@@ -131,6 +131,13 @@ pub(crate) fn particle_file<const D: usize>(
             |u: &Quantity| u.value("thermal.internal_energy", UnitDimension::SPECIFIC_ENERGY, &making.conversion);
         energy.map(value).transpose()
     };
+    if balanced.is_some() && scene.states_balanced_energies() {
+        let before = carried.len();
+        carried.retain(|c| c.name != names::PRESSURE);
+        if carried.len() < before {
+            left_out.push(("Pressure", "the input's is not that of balance.equation_of_state"));
+        }
+    }
     let known = KnownEnergy { balanced, given: energy()?, gamma: thermal.gamma };
     let has_temperature = carried.iter().any(|c| c.name == names::TEMPERATURE);
     if collisionless.is_some() {
@@ -155,6 +162,16 @@ pub(crate) fn particle_file<const D: usize>(
             thermal.gamma,
             if has_dust { ", rho that of the gas without its dust" } else { "" }
         )),
+        EnergySource::Carried if collisionless.is_none() => {
+            let other = columns::other_gamma(&carried, &target_density, thermal.gamma);
+            warnings.extend(other.map(|other| {
+                format!(
+                    "by the input's pressure and internal energy gamma is {other:.4} everywhere, but thermal.gamma is {:.4}, with which \
+                     balance, certificate and parameter files reckon; `thermal: {{gamma: {other:.4}}}` states the input's",
+                    thermal.gamma
+                )
+            }));
+        }
         EnergySource::Carried | EnergySource::Given | EnergySource::Balanced => {}
     }
     if velocities.is_none() {

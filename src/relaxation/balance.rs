@@ -244,14 +244,16 @@ impl<const D: usize> Running<D> for Run<'_, D> {
 }
 
 fn factor_note([factor, fitted]: &[Factor; 2]) -> String {
+    let is = |factor: &Factor| match *factor == Factor::one() {
+        true => "internal energies are those of the target".to_owned(),
+        false => format!("internal energies are those of the target times {factor}"),
+    };
     if factor == fitted {
-        return format!(
-            "internal energies are those of the target times {factor}, with which the pressure force \
-                        balances gravity"
-        );
+        return format!("{}, with which the pressure force balances gravity", is(factor));
     }
     format!(
-        "the pressure would have to be {fitted} times the target's to hold gravity; it is left as it is, \
-         and what comes out is a body that settles: check the input's pressure, units and balance.constant"
+        "the pressure would have to be {fitted} times the target's to hold gravity; {}, \
+         and what comes out is a body that settles: check the input's pressure, units and balance.constant",
+        is(factor)
     )
 }

@@ -114,14 +114,7 @@ pub(super) fn certificate<const D: usize>(
         None => HeldBy::Field(Field { equilibrium, target: *target }),
     };
     control.tell(Event::Begin(Step::Relax(CERTIFICATE)));
-    let own = |i: usize| {
-        let x = at(positions, i);
-        if let Some(state) = equilibrium.material(&x) {
-            return state.energy;
-        }
-        equilibrium.pressure(&x) / ((equilibrium.gamma() - 1.0) * target.density.value(&x).max(f64::MIN_POSITIVE))
-    };
-    let energy = internal_energy.map_or_else(|| parallel::map(positions[0].len(), own), <[f64]>::to_vec);
+    let energy = internal_energy.map_or_else(|| equilibrium.energies(positions), <[f64]>::to_vec);
     let sums = (scene.kernel(), scene.kernel_neighbors(D));
     let kind = |i: usize| equilibrium.material(&at(positions, i)).map_or(0, |s| s.kind);
     let kinds = parallel::map(positions[0].len(), kind);

@@ -10,7 +10,7 @@ use crate::output::frame::Frame;
 use crate::output::origin;
 use crate::output::parameters::{self, Physics};
 use crate::output::walls::Walls;
-use crate::scene::{Conversion, Scene};
+use crate::scene::{Conversion, Scene, is_heat};
 use sph::domain::Axis;
 use sph_formats::common::particle_names as names;
 use sph_formats::halvings;
@@ -54,10 +54,7 @@ impl<'a> Destination<'a> {
             if page == path {
                 return Err(Error::scene("output.report", "is the output file as well; name another"));
             }
-            if page.exists() && scene.output.no_clobber {
-                let problem = format!("'{}' is there already, and --no-clobber is set; name another", page.display());
-                return Err(Error::scene("output.report", problem));
-            }
+            refuse_clobbering("output.report", page, scene.output.no_clobber)?;
             sph_formats::output::probe(page)?;
         }
         Ok(Self { path, files, format })
@@ -70,10 +67,7 @@ impl<'a> Destination<'a> {
     pub fn refuse_overwriting_inputs(&self, scene: &Scene) -> Result<()> {
         for path in &self.files {
             refuse_overwriting_inputs(scene, path)?;
-            if path.exists() && scene.output.no_clobber {
-                let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
-                return Err(Error::scene("output.file", problem));
-            }
+            refuse_clobbering("output.file", path, scene.output.no_clobber)?;
             sph_formats::output::probe(path)?;
         }
         scene.checkpoint.file.as_deref().map_or(Ok(()), refuse_other_content)
@@ -104,8 +98,13 @@ impl<'a> Destination<'a> {
             None => drawing.write_picture(file, self.path)?,
         }
         notes.extend(replaced);
-        if let Some(code) = scene.code().filter(|_| scene.output.parameters) {
-            let beside = parameters::beside(code, (self.path, self.format.map(|f| f.name)), file, physics)?;
+        if let Some(code) = scene.code() {
+            let of = (self.path, self.format.map(|f| f.name));
+            if !scene.output.parameters {
+                notes.extend(parameters::doubts_of(code, of, file, physics));
+                return Ok(notes);
+            }
+            let beside = parameters::beside(code, of, file, physics)?;
             for (path, text) in beside.files {
                 write_text(&path, &text)?;
                 notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
@@ -113,6 +112,20 @@ impl<'a> Destination<'a> {
             notes.extend(beside.doubts);
         }
         Ok(notes)
+    }
+}
+
+/// Refuses to replace what is there where that is asked for, be it a link to what is not there yet.
+///
+/// # Errors
+/// That.
+pub(crate) fn refuse_clobbering(key: &str, path: &Path, no_clobber: bool) -> Result<()> {
+    match no_clobber && path.symlink_metadata().is_ok() {
+        true => {
+            let problem = format!("'{}' is there already, and --no-clobber is set; name another", path.display());
+            Err(Error::scene(key, problem))
+        }
+        false => Ok(()),
     }
 }
 
@@ -182,12 +195,17 @@ pub fn refuse_what_the_format_cannot_hold(scene: &Scene, format: &FormatSpec, di
     Ok(())
 }
 
-/// Refuses a snapshot without heat before the work, where the format is for codes that do not start with none.
+/// Refuses gas without heat before the work, where the format is for codes that do not start with none.
 ///
 /// # Errors
 /// The remedy.
 pub fn refuse_cold(scene: &Scene, format: &FormatSpec, raw: &RawInput) -> Result<()> {
     let is_needed = format.capabilities.requires.contains(&names::INTERNAL_ENERGY);
+    let cold = scene.fields.stated().find(|(name, value)| is_needed && is_heat(name) && value.is_never_positive());
+    if let Some((name, _)) = cold {
+        let problem = format!("is not positive anywhere, and '{}' needs an internal energy that is", format.name);
+        return Err(Error::scene(format!("fields.{name}"), problem));
+    }
     let is_given = scene.states_heat() || scene.balance.is_on() || scene.collisionless.is_some();
     match raw {
         RawInput::Snapshot(snapshot) if is_needed && !is_given && snapshot.is_cold() => {

@@ -80,16 +80,6 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
     doubts
 }
 
-/// An equation of state that the particles do not have, since the balance that gives them its energies is not used.
-pub(crate) fn without_its_energies(scene: &Scene, has_energies: bool) -> Option<String> {
-    let is_stated = scene.balance.on().is_some_and(|balance| balance.equation_of_state.is_some());
-    (is_stated && !has_energies).then(|| {
-        "the particles do not have the energies of balance.equation_of_state, since the result of the balance is not used; `balance: {evaluations: 0}` \
-         gives these to the particles as they are, and more particles may be balanced"
-            .to_owned()
-    })
-}
-
 /// Options of stages that do not run, which change nothing.
 pub(crate) fn unused(scene: &Scene) -> Option<String> {
     let is_alaric = matches!(scene.polish, Some(Polish::Alaric | Polish::DampedRelaxation));

@@ -1,7 +1,7 @@
 //! Grades the figures of a report one by one and writes the lines of the verdict.
 
 use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
-use super::verdict::{Finding, Grade, Topic};
+use super::verdict::{Finding, Grade, Topic, ending};
 use crate::field::Scatter;
 use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
@@ -424,8 +424,15 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         StopReason::Interrupted | StopReason::TimeLimit => {
             say(Grade::Look, Topic::End, "it stopped early; a longer run converges further".into());
         }
-        StopReason::ToleranceMissed => say(Grade::Bad, Topic::End, "the tolerance was not reached".into()),
-        _ => {}
+        StopReason::ToleranceReached => {}
+        stop => {
+            if let Some(tolerance) = report.tolerance {
+                let reached = report.density_error.stated().epsilon;
+                let text =
+                    format!("epsilon is {reached:.2e} as measured, the tolerance {tolerance:.2e} ({})", ending(stop));
+                say(Grade::Bad, Topic::End, text);
+            }
+        }
     }
     all.extend(warned(&report.warnings));
     all

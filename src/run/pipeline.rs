@@ -16,6 +16,7 @@ use super::refining::{Refining, refines_a_snapshot};
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::variables::{lost, magnetic_units, variables};
+use super::verdict::as_measured;
 use super::{doubts, dust, layer, memory, settling};
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
@@ -29,7 +30,7 @@ use crate::input::surroundings;
 use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
 use crate::metrics::Detail;
-use crate::metrics::{DensityError, Measured, Outcome, Thermodynamics};
+use crate::metrics::{Measured, Outcome, Thermodynamics};
 use crate::output::conservation::TOTALS;
 #[cfg(feature = "plots")]
 use crate::output::frame::Frame;
@@ -41,12 +42,12 @@ use crate::output::particle_file::{MOVED, Made, Making, RawColumns, particle_fil
 use crate::output::walls::Walls;
 #[cfg(feature = "plots")]
 use crate::page::{Seen, Side};
-use crate::relaxation::{BALANCE, CERTIFICATE, Control, Event, Particles, Step, StopReason};
+use crate::relaxation::{BALANCE, CERTIFICATE, Control, Event, Particles, Step};
 use crate::scene::{DEFAULT_PARTICLES, Scene, name_of};
 use crate::target::{Equilibrium, Positions};
+use sph::domain::Domain;
 #[cfg(feature = "plots")]
 use sph::domain::Region;
-use sph::domain::{Axis, Domain};
 use sph::kernel::KernelName;
 use sph_formats::common::particle_names as names;
 use sph_formats::{FormatSpec, ParticleFile, Species, UnitSystem};
@@ -414,7 +415,7 @@ impl Run<'_> {
             });
         }
         self.lap(Step::Measure, lap, Some(density_error.all_refitted.epsilon));
-        let stop = verdict(self.scene, stop, &density_error);
+        let stop = as_measured(self.scene, stop, &density_error);
         self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
         let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());
         self.notes.extend(self.scene.code().filter(|_| is_solid).and_then(|code| code.pairing_of_solids(D)));
@@ -442,7 +443,10 @@ impl Run<'_> {
             Some(d) => sums((kernel, neighbors), target.domain, &d.positions, (&masses, &support)),
         };
         let energy = self.scene.certify_at_once().and_then(|_| internal_energy.clone());
-        self.warnings.extend(doubts::without_its_energies(self.scene, internal_energy.is_some()));
+        let is_stated = internal_energy.is_none() && self.scene.states_balanced_energies();
+        let stated = hydrostatics.filter(|_| is_stated).map(|h| h.energies(&positions));
+        self.notes.extend(stated.as_ref().map(|_| ENERGIES_AS_STATED.to_owned()));
+        let internal_energy = internal_energy.or(stated);
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
         self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));
@@ -465,7 +469,7 @@ impl Run<'_> {
             requires_energy: requires.contains(&names::INTERNAL_ENERGY),
             units_known: self.units.input.is_some(),
             conversion: self.units.to_output(&units),
-            origin: origin::wanted(self.scene, self.format, closed_and_open(&prepared.source.domain)),
+            origin: origin::wanted(self.scene, self.format, origin::closed_and_open(&prepared.source.domain)),
         };
         let Made { file, notes, warnings, left_out, conserved } =
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
@@ -500,6 +504,7 @@ impl Run<'_> {
             kernel: kernel.title(),
             mass,
             stop,
+            tolerance: self.scene.tolerance,
             density_error,
             ledger,
             noise,
@@ -569,6 +574,9 @@ impl Run<'_> {
     }
 }
 
+/// The note where energies come from no balance.
+const ENERGIES_AS_STATED: &str = "internal energies are those of balance.equation_of_state at the target's density";
+
 /// Why what is of gas is left out.
 const NO_GAS: &str = "the particles are collisionless";
 
@@ -581,20 +589,4 @@ fn sums<const D: usize>(
 ) -> (Vec<f64>, Vec<f64>) {
     let measured = Measured::new(kernel, domain, positions, masses, guess, neighbors);
     measured.support.iter().zip(&measured.sums).map(|(&h, s)| (h, s.weighted)).unzip()
-}
-
-/// Whether a domain is periodic along an axis, and whether there is vacuum beyond one.
-pub(super) fn closed_and_open<const D: usize>(domain: &Domain<D>) -> (bool, bool) {
-    let open = |k: usize| !domain.has_faces(k) || domain.axes[k] == Axis::OPEN;
-    (domain.axes.contains(&Axis::Periodic), (0..D).any(open))
-}
-
-/// The report's measured error decides whether a tolerance was met, not the error that stages watch.
-pub(super) fn verdict(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReason {
-    let Some(tolerance) = scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
-    match (measured.stated().epsilon <= tolerance, stop) {
-        (true, _) => StopReason::ToleranceReached,
-        (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
-        (false, _) => stop,
-    }
 }

@@ -11,12 +11,12 @@ use super::duration::{self, Cost, Expected};
 use super::gathered::{Gathered, agreed, share_of};
 use super::grading::verdict as verdict_on;
 use super::parts::{Parts, notes_on_code};
-use super::pipeline::{closed_and_open, verdict};
 use super::plan::Plan;
 use super::report::{MassReport, Report, Timing};
 use super::stages::{Past, Placed, Setting};
 use super::streamed::Read;
 use super::variables::{lost, magnetic_units, variables};
+use super::verdict::as_measured;
 use super::{doubts, memory};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
@@ -228,7 +228,7 @@ impl<'a> Run<'a> {
         if scene.discards_interrupted() {
             self.check()?;
         }
-        let stop = verdict(scene, stop, &error);
+        let stop = as_measured(scene, stop, &error);
         self.notes.extend(notes_on_code::<D>(scene, self.format));
         let (units, note) =
             agreed(exchange, output_units(scene.output.units.as_deref(), self.units.input, prepared.mass.value, D))?;
@@ -253,7 +253,7 @@ impl<'a> Run<'a> {
             requires_energy: self.format.capabilities.requires.contains(&names::INTERNAL_ENERGY),
             units_known: self.units.input.is_some(),
             conversion: self.units.to_output(&units),
-            origin: origin::wanted(scene, Some(self.format), closed_and_open(&prepared.source.domain)),
+            origin: origin::wanted(scene, Some(self.format), origin::closed_and_open(&prepared.source.domain)),
         };
         let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);
         let Made { file, notes, warnings, left_out, .. } = agreed(exchange, made)?;
@@ -275,6 +275,7 @@ impl<'a> Run<'a> {
             kernel: kernel.title(),
             mass,
             stop,
+            tolerance: scene.tolerance,
             density_error: error,
             ledger: outcome.ledger,
             noise: outcome.noise,

@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::field::FreeSpace;
 use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
-use crate::input::particles::Snapshot;
+use crate::input::particles::{LEFT_OUT, Snapshot};
 use crate::input::refinement::Refinement;
 use crate::input::support::support_radii;
 use crate::input::units::RunUnits;
@@ -31,7 +31,7 @@ use crate::target::{Positions, Target, at};
 use sph::domain::{Axis, Domain};
 use sph::neighbors::Tree;
 use sph_formats::common::particle_names as names;
-use sph_formats::{Geometry, ParticleFile, UnitDimension, UnitSystem};
+use sph_formats::{Geometry, ParticleFile, Species, UnitDimension, UnitSystem};
 
 /// Share of a snapshot's mass in particles that may be replaced beyond the shell without a warning: a sphere that moves on leaves as much.
 const MUCH_BEYOND: f64 = 0.25;
@@ -435,6 +435,7 @@ impl<const D: usize> Refining<D> {
             }
         }
         *made = file;
+        tell_of_columns(&made.species, report);
         let others = conserved
             .as_ref()
             .map(|c| format!("the new particles have the totals of those that they replace; {}", c.describe()));
@@ -563,6 +564,18 @@ fn refuse_what_changes_all(scene: &Scene, units: &UnitSystem) -> Result<()> {
 /// Whether the output is in `units`, as far as the scene says.
 fn same_units(scene: &Scene, units: &UnitSystem) -> Result<bool> {
     Ok(scene.output.units.as_deref().map_or(Ok(*units), |name| system_of("output.units", name))? == *units)
+}
+
+/// What no field carries is written as well: kept particles have it as it was, new ones from a neighbor.
+fn tell_of_columns(species: &[Species], report: &mut Report) {
+    let Some(gas) = species.iter().find(|s| s.part_type == 0) else { return };
+    let is_there = |name: &str| gas.table.column(name).is_some();
+    let quoted = |note: &String| note.strip_prefix('\'').and_then(|rest| rest.split('\'').next()).is_some_and(is_there);
+    report.notes.retain(|note| !(note.contains(LEFT_OUT) && quoted(note)));
+    for variable in report.variables.iter_mut().filter(|v| v.written_as.is_none() && is_there(&v.name)) {
+        variable.written_as = Some(variable.name.clone());
+        variable.note = Some("is as it was of particles that stay, and a neighbor's of new ones".into());
+    }
 }
 
 /// Whether a run has refined a snapshot of which most stays as it is.

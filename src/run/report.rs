@@ -36,6 +36,8 @@ pub struct Report {
     pub kernel: &'static str,
     pub mass: MassReport,
     pub stop: StopReason,
+    /// The epsilon that was asked for.
+    pub tolerance: Option<f64>,
     pub density_error: DensityError,
     /// Where the mass is, against where it should be.
     pub ledger: LedgerFigures,

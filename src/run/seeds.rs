@@ -62,6 +62,7 @@ fn seeds_in<const D: usize, R>(
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
     let mut notes = stream.notes().to_vec();
     notes.extend(streamed::undone(scene));
+    notes.extend(doubts::before(scene, &prepared, count));
     notes.push(format!("the seeding is {}", seeding.method().name));
     if let Some(Told::Doubt(text) | Told::Note(text)) = doubts::left_out(regions.as_ref(), count) {
         notes.push(text);

@@ -97,6 +97,9 @@ pub(crate) fn undone(scene: &Scene) -> Option<String> {
         (scene.trim_masses.is_some(), "trim_masses"),
         (scene.settle.is_some(), "settle"),
         (scene.certify.is_some(), "certify"),
+        (scene.order.is_some(), "order"),
+        (scene.output.parameters, "output.parameters"),
+        (scene.output.report.is_some(), "output.report"),
     ];
     let asked: Vec<&str> = asked.iter().filter(|a| a.0).map(|a| a.1).collect();
     (!asked.is_empty()).then(|| {

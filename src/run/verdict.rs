@@ -1,7 +1,9 @@
 //! The verdict at the end of a report: which figures are good, which need attention, and what to do about them. Every line states its
 //! threshold.
 
+use crate::metrics::DensityError;
 use crate::relaxation::StopReason;
+use crate::scene::Scene;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -137,6 +139,16 @@ pub fn write_verdict(out: &mut String, worst: Grade, findings: &[Finding]) -> st
         writeln!(out, "    {:<6} {:<14} {text} [{MANUAL}#{}]", grade.mark(), topic.name(), topic.anchor())?;
     }
     Ok(())
+}
+
+/// The report's measured error decides whether a tolerance was met, not the error that stages watch.
+pub(super) fn as_measured(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReason {
+    let Some(tolerance) = scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
+    match (measured.stated().epsilon <= tolerance, stop) {
+        (true, _) => StopReason::ToleranceReached,
+        (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
+        (false, _) => stop,
+    }
 }
 
 /// Why a stage ended, in words.

@@ -101,6 +101,15 @@ impl Scene {
         })
     }
 
+    /// Whether a quantity of the scene has a unit.
+    pub(crate) fn has_quantities_with_units(&self) -> bool {
+        let (own, mut shapes) = (self.domain.shape(), Vec::new());
+        own.iter().for_each(|shape| shape.quantities("domain", &mut shapes));
+        let all = self.quantities();
+        let mut quantities = all.iter().map(|entry| entry.1).chain(shapes.iter().map(|entry| entry.1));
+        quantities.any(|quantity| quantity.dimension().is_some())
+    }
+
     /// Whether all quantities can be converted, and those that depend on each other fit together.
     ///
     /// # Errors

@@ -79,6 +79,13 @@ impl FieldValue {
     }
 }
 
+impl FieldValue {
+    /// Whether it is a number that is 0 or less.
+    pub(crate) fn is_never_positive(&self) -> bool {
+        matches!(self, Self::One(term) if term.text().trim().parse().is_ok_and(|v: f64| v <= 0.0))
+    }
+}
+
 impl FieldsInput {
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()

@@ -82,8 +82,12 @@ impl Scene {
 
     /// Whether the heat of the gas is stated, in place of what an input has.
     pub(crate) fn states_heat(&self) -> bool {
-        let is_thermal = |name: &str| matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy");
-        self.thermal.internal_energy.is_some() || self.fields.stated().any(|(name, _)| is_thermal(name))
+        self.thermal.internal_energy.is_some() || self.fields.stated().any(|(name, _)| is_heat(name))
+    }
+
+    /// Whether particles are to have the energies of an equation of state that the balance names.
+    pub(crate) fn states_balanced_energies(&self) -> bool {
+        self.balance.on().is_some_and(|balance| balance.equation_of_state.is_some())
     }
 
     /// Whether anything of the scene is gas.
@@ -140,4 +144,9 @@ fn holds_itself(input: &Input, balance: Option<&BalanceInput>) -> bool {
             !matches!(profile, ProfileInput::ToyStar { .. } | ProfileInput::Disc(_)) && !input.is_without_own_gravity()
         }),
     }
+}
+
+/// Whether a field of this name says what heat the gas has.
+pub(crate) fn is_heat(name: &str) -> bool {
+    matches!(name, "pressure" | "temperature" | "internal_energy" | "entropy")
 }

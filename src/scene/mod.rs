@@ -58,7 +58,7 @@ pub use displacement::{DisplacementInput, SpectrumInput};
 pub use domain::{BoundaryName, DomainInput};
 pub use dust::DustInput;
 pub use fields::{FieldFile, FieldValue, FieldsInput, Term, VariableNames};
-pub(crate) use gravity::SAME_GAS;
+pub(crate) use gravity::{SAME_GAS, is_heat};
 pub use hydrostatic::HydrostaticInput;
 pub(crate) use input::orientation;
 pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, OtherTypes, StaggeringName};

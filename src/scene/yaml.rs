@@ -133,11 +133,12 @@ fn describe(error: &YamlError, elsewhere: &dyn Fn(&str) -> Vec<String>) -> Strin
             let rest = text.split_once(": ").filter(|(place, _)| place.contains("line"));
             let rest = rest.map_or(text.as_str(), |(_, rest)| rest);
             let rest = rest.split(" at line ").next().unwrap_or(rest);
-            match rest.contains("did not find expected key") {
-                true => {
-                    "this line does not belong where it stands: check its indentation against the lines above".into()
-                }
-                false => rest.to_owned(),
+            if rest.contains("did not find expected key") {
+                "this line does not belong where it stands: check its indentation against the lines above".into()
+            } else if rest.contains("tagged enum") {
+                "expected one word, or one key with its values; `sph-prep help scene` and the path of a key list the choices".into()
+            } else {
+                rest.to_owned()
             }
         }
     }

@@ -175,6 +175,19 @@ fn numbers_that_a_code_does_not_take_are_errors() {
     assert_eq!(level(0.0, 1.0, "swift"), Some(Level::Error));
     assert_eq!(level(0.0, 1.0, "gadget4"), Some(Level::Warning));
     assert_eq!(level(1.5, 1.0, "gadget4"), Some(Level::Error));
+    let of_energy = |code: &str| {
+        let mut file = good.clone();
+        let energy = column(&mut file, "InternalEnergy");
+        let mut values = energy.values.to_f64();
+        values[5] = 1e300;
+        energy.values = Values::F64(values);
+        let code = sph_prep::codes::TargetCode::parse(code).unwrap();
+        let found = sph_prep::check::check(&file, &code).unwrap();
+        found
+            .into_iter()
+            .any(|f| f.level == Level::Error && f.text.contains("at particle 5, beyond the single precision"))
+    };
+    assert!(of_energy("swift") && of_energy("gadget4") && !of_energy("phantom"));
 }
 
 /// Phantom has one mass for all gas, and starts from its own files.
@@ -325,4 +338,28 @@ fn what_is_wrong_of_some_particles_is_told() {
 
 fn column<'a>(file: &'a mut ParticleFile, name: &str) -> &'a mut Column {
     file.species[0].table.columns.iter_mut().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// Codes open a dataset by its name, and take its numbers by their own convention, whatever another group of the file says.
+#[test]
+fn smoothing_lengths_are_those_that_the_code_opens() {
+    let folder = Folder::new();
+    for (name, code) in [("swift.hdf5", "swift"), ("gadget.hdf5", "gadget4")] {
+        let out = folder.path(name).display().to_string();
+        let args = ["--in", STAR, "-n", "1000", "--iterations", "0", "--polish", "none", "--for", code, "--out", &out];
+        succeed(&[&args[..], &["--quiet"]].concat());
+    }
+    for (name, code, level, [least, most]) in [
+        ("swift.hdf5", "swift", Level::Good, [0.9, 1.2]),
+        ("gadget.hdf5", "gadget4", Level::Good, [0.9, 1.2]),
+        // The support radius is 1.94 smoothing lengths of 48 neighbors, and 64 have a radius that is a tenth larger.
+        ("swift.hdf5", "gadget4", Level::Warning, [0.4, 0.6]),
+        ("gadget.hdf5", "swift", Level::Warning, [1.7, 2.3]),
+    ] {
+        let code = sph_prep::codes::TargetCode::parse(code).unwrap();
+        let found = sph_prep::check::check(&read(&folder, name), &code).unwrap();
+        let told = found.iter().find(|f| f.what == "smoothing lengths").unwrap();
+        let ratio: f64 = told.text.split(' ').nth(1).unwrap().parse().unwrap();
+        assert!(told.level == level && (least..most).contains(&ratio), "{name}: {told:?}");
+    }
 }

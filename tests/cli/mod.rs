@@ -13,5 +13,6 @@ mod parameters;
 mod parameters_of_files;
 mod reference;
 mod runs;
+mod streams;
 pub(crate) mod support;
 mod wrong;

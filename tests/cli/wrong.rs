@@ -54,6 +54,27 @@ pub const SCENES: &[Wrong<'_>] = &[
     ("input: {file: STAR}\noutput: {compression: 12}", &["output.compression", "0 to 9"]),
     ("input: {file: STAR}\noutput: {double_precision: 3}", &["true or false"]),
     ("input: {file: STAR}\nbalance: on please", &["true, false, or keys"]),
+    (
+        "input: {expression: '1'}\ndomain: {cylinder: {radius: 1, length: 1, axis: [1, 1, 0]}}",
+        &["line 2", "expected one word"],
+    ),
+    (
+        "input: {expression: '1'}\ndomain: {box: [[0], [1]]}\nfields: {pressure: 1, temperature: 5, mean_molecular_weight: 1}",
+        &["fields.temperature", "kB and mH", "`units: solar`"],
+    ),
+    (
+        "input: {expression: '1'}\ndomain: {box: [[0, 0], [1, 1]]}\nfields: {internal_energy: 0}\noutput: {format: swift}",
+        &["fields.internal_energy", "'swift' needs"],
+    ),
+    // Plain numbers beside others with units, which those of the output must not explain.
+    (
+        "input: {expression: '1 Msun/pc^3'}\ndomain: {box: [[0, 0], ['1 pc', '1 pc']]}\nmotion: {bulk: [1, 0]}\noutput: {units: cgs}",
+        &["motion.bulk[0]", "beside numbers with units"],
+    ),
+    (
+        "input: {expression: '1 Msun/pc^3'}\ndomain: {box: [[0, 0], ['1 pc', '1 pc']]}\nfields: {pressure: 3}\noutput: {units: galactic}",
+        &["fields.pressure", "beside numbers with units"],
+    ),
     // Quantities.
     ("input: {file: STAR}\ndomain: {ball: {radius: 1 Rsn}}", &["domain.ball.radius", "did you mean '1 Rsun'?"]),
     ("input: {file: STAR}\ndomain: {ball: {radius: 30 km/s}}", &["which is a velocity", "expected a length", "Rsun"]),
@@ -364,4 +385,38 @@ fn a_mass_that_is_hardly_known_is_in_the_verdict() {
     assert!(line["link"].as_str().unwrap().ends_with("numbers.md#total-mass"), "{line}");
     let (known, line) = verdict("1 + 0.9*sin(2*x*y)");
     assert!(known < 1e-3 && line.is_none(), "{known} {line:?}");
+}
+
+/// Formats are recognized by what files begin with, and read after that; a pipe gives its beginning once, or waits for somebody who writes.
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused_at_once() {
+    let folder = Folder::new();
+    let pipe = folder.path("pipe.txt");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let pipe = pipe.display().to_string();
+    let outcome = sph_prep(&["--in", &pipe, "--out", &folder.path("out/ic.hdf5").display().to_string()]);
+    assert!(faults(&outcome, &folder, 1, &["pipe.txt", "it is a pipe", "save its contents"]).is_empty(), "{outcome:?}");
+    let outcome = sph_prep(&["inspect", &pipe]);
+    assert!(outcome.stderr.contains("it is a pipe"), "{outcome:?}");
+}
+
+/// A link to a place on another disk, where nothing is yet, is followed as one to a file is.
+#[cfg(unix)]
+#[test]
+fn links_to_what_is_not_there_yet_are_followed() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("scratch")).unwrap();
+    let link = folder.path("ic.hdf5");
+    std::os::unix::fs::symlink("scratch/ic.hdf5", &link).unwrap();
+    let out = link.display().to_string();
+    let args = ["--in", STAR, "--out", &out, "-n", "100", "--polish", "none", "--iterations", "0"];
+    let refused = command().args(args).arg("--no-clobber").output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    super::support::succeed(&args);
+    assert!(link.is_symlink() && folder.path("scratch/ic.hdf5").is_file());
+    let own = folder.path("own.hdf5");
+    std::os::unix::fs::symlink("own.hdf5", &own).unwrap();
+    let outcome = sph_prep(&["--in", STAR, "--out", &own.display().to_string(), "-n", "100"]);
+    assert!(outcome.code == Some(1) && outcome.stderr.contains("symbolic link"), "{outcome:?}");
 }

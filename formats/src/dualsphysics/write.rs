@@ -127,7 +127,7 @@ impl<'a> Case<'a> {
         let is_other = |s: &&&Species| ![0, WALLS].contains(&s.part_type) || s.table.is_of_points();
         if let Some(other) = there.iter().find(is_other) {
             return Err(format!(
-                "there are particles of type {}, but DualSPHysics has fluid (0) and walls ({WALLS}) only; leave them out",
+                "there are particles of type {}, but DualSPHysics has fluid (0) and walls ({WALLS}) only; leave them out (`convert --types 0`)",
                 other.part_type
             ));
         }

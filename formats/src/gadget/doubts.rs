@@ -2,7 +2,8 @@
 //! number of particles.
 
 use crate::common::hdf5_read::Attributes;
-use crate::model::DOUBT_KEY;
+use crate::model::{DOUBT_KEY, ParticleTable};
+use crate::particle_names as names;
 
 /// Keys and texts for the provenance, of a file with so many particles of each type. `totals` are those in all files of the snapshot.
 pub(super) fn of_header(
@@ -35,6 +36,14 @@ pub(super) fn of_masses(part_type: usize, table: f64, masses: &[f64], table_is_r
         "MassTable says {table} for particles of type {part_type}, but the dataset Masses has {other}; read is {read}"
     );
     Some((DOUBT_KEY.to_owned(), text))
+}
+
+/// Of a magnetic field whose unit nothing in the file tells, though it states others.
+pub(super) fn of_magnetic_field(table: &ParticleTable) -> Option<(String, String)> {
+    table.column(names::MAGNETIC_FIELD)?;
+    let text = "nothing says what its magnetic field is in, and codes differ: it is taken for units in which the magnetic pressure is B^2/2, not for \
+                gauss; an attribute GIZMO_version of the header says that it is in gauss";
+    Some((DOUBT_KEY.to_owned(), text.to_owned()))
 }
 
 /// Of numbers in single precision.

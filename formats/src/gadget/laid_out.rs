@@ -50,7 +50,13 @@ pub(super) fn layout(
             datasets.push(Dataset { part_type, meaning: meaning.to_owned(), name, shape });
         }
     }
-    Ok(Layout { header: numbers(header), units: units.map(numbers), datasets, superblock: superblock(path) })
+    Ok(Layout {
+        header: numbers(header),
+        units: units.map(numbers),
+        datasets,
+        support_over_length: None,
+        superblock: superblock(path),
+    })
 }
 
 fn superblock(path: &Path) -> Option<u8> {

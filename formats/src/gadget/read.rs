@@ -199,7 +199,10 @@ impl<'p> Opened<'p> {
             }
             let mass = masses.get(part_type).copied().filter(|&m| m > 0.0);
             let mut table = reading.table(mass, &mut header.provenance)?;
-            origin.magnetic.read(&mut table, &header.units);
+            if origin.magnetic.is_none() && header.units != UnitSystem::CODE {
+                header.provenance.extend(doubts::of_magnetic_field(&table));
+            }
+            origin.magnetic.unwrap_or_default().read(&mut table, &header.units);
             if part_type == 0 && attributes.number("Flag_Entropy_ICs").is_some_and(|flag| flag != 0.0) {
                 let done = entropy::to_energies(self.path, FORMAT, &mut table)?;
                 header.provenance.extend(done.map(|what| ("converted".to_owned(), what)));
@@ -208,7 +211,9 @@ impl<'p> Opened<'p> {
         }
         let units = groups.iter().any(|g| g == "Units").then_some(&origin.units);
         let types = species.iter().map(|s| s.part_type);
-        header.layouts.push(laid_out::layout((self.path, file), attributes, units, types)?);
+        let mut layout = laid_out::layout((self.path, file), attributes, units, types)?;
+        layout.support_over_length = origin.support_over_length(header.dimension);
+        header.layouts.push(layout);
         Ok(ParticleFile { header, species })
     }
 }
@@ -248,8 +253,8 @@ struct Origin {
     support_radius: bool,
     /// SmoothingLength is SWIFT's with its default eta, for the cubic spline or the neighbors that the file states.
     swift_length: bool,
-    /// What a magnetic field is in.
-    magnetic: MagneticUnit,
+    /// What a magnetic field is in, where the file or its author says.
+    magnetic: Option<MagneticUnit>,
     /// By what BoxSize is longer than each edge, as GADGET-4 was built.
     shortened: [f64; 3],
     /// It is SWIFT's, or for SWIFT: it has units in SWIFT's way, or says so.
@@ -269,12 +274,14 @@ impl Origin {
         let units = file.group_attributes("Units")?;
         let current = units.number("Unit current in cgs (U_I)").unwrap_or(1.0);
         let magnetic = match flavor.as_deref() {
-            Some("arepo") => MagneticUnit::Gaussian,
-            Some("gizmo") => MagneticUnit::Gauss,
-            None if gizmo => MagneticUnit::Gauss,
-            Some("swift") => MagneticUnit::Current(current),
-            None if swift => MagneticUnit::Current(current),
-            _ => MagneticUnit::HeavisideLorentz,
+            Some("arepo") => Some(MagneticUnit::Gaussian),
+            Some("gizmo") => Some(MagneticUnit::Gauss),
+            None if gizmo => Some(MagneticUnit::Gauss),
+            Some("swift") => Some(MagneticUnit::Current(current)),
+            None if swift => Some(MagneticUnit::Current(current)),
+            None if is_voronoi(file, groups)? => Some(MagneticUnit::Gaussian),
+            None => None,
+            Some(_) => Some(MagneticUnit::HeavisideLorentz),
         };
         let config =
             if gadget4 && own.numbers(OWN_EDGES).is_none() { Some(file.group_attributes("Config")?) } else { None };
@@ -298,6 +305,14 @@ impl Origin {
             cosmology: file.group_attributes("Cosmology")?,
             units,
         })
+    }
+
+    /// Support radii over what the file calls smoothing lengths, where that is known.
+    fn support_over_length(&self, dimension: usize) -> Option<f64> {
+        // Our own files say for which neighbors they are; all others are for the default build.
+        let neighbors = self.own.number("KernelNeighbors").unwrap_or(0.0);
+        let of_swift = || 1.0 / (CUBIC_SPLINE_ETA * spacing_over_support(dimension, neighbors));
+        if self.support_radius { Some(1.0) } else { self.swift_length.then(of_swift) }
     }
 
     /// Pure numbers where the file states none.
@@ -472,16 +487,13 @@ impl SpeciesReading<'_> {
 
     fn renamed(&self, name: &str, values: Values) -> (String, Values) {
         let name = laid_out::singular(name);
-        // Our own files say for which neighbors they are; all others are for the default build.
-        let neighbors = self.origin.own.number("KernelNeighbors").unwrap_or(0.0);
-        let gamma = 1.0 / (CUBIC_SPLINE_ETA * spacing_over_support(self.dimension, neighbors));
-        match name {
-            "SmoothingLength" if self.origin.support_radius => (names::SUPPORT_RADIUS.into(), values),
-            "SmoothingLength" if self.origin.swift_length => {
+        match (name, self.origin.support_over_length(self.dimension)) {
+            ("SmoothingLength", Some(1.0)) => (names::SUPPORT_RADIUS.into(), values),
+            ("SmoothingLength", Some(gamma)) => {
                 let radii = (0..values.len()).map(|i| gamma * values.get(i)).collect();
                 (names::SUPPORT_RADIUS.into(), Values::F64(radii))
             }
-            name => (name.into(), values),
+            (name, _) => (name.into(), values),
         }
     }
 

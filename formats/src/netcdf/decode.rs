@@ -79,6 +79,13 @@ impl Packing {
                 *x = f64::from(*x as f32);
             }
         }
+        if *variable.dtype() == NcType::Double {
+            // One stated in f32 (1e20) means the decimal number as well, which in f64 is another.
+            let decimal =
+                |x: &f64| (x.is_finite() && f64::from(*x as f32) == *x).then(|| (*x as f32).to_string().parse().ok());
+            let decimals: Vec<f64> = missing.iter().filter_map(decimal).flatten().collect();
+            missing.extend(decimals.into_iter().filter(|x| !missing.contains(x)).collect::<Vec<_>>());
+        }
         let range = numbers("valid_range");
         let limit = |name: &str, i: usize, open: f64| {
             let found = first(name).or_else(|| range.get(i).copied());

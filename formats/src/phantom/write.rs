@@ -48,7 +48,10 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     let mut first_id = 1;
     for (&species, planned) in others.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
         let itype = itype(species).ok_or_else(|| {
-            job.refuse(format!("Phantom has no particles of type {}; leave them out", species.part_type))
+            job.refuse(format!(
+                "Phantom has no particles of type {}; leave them out (`convert --types`)",
+                species.part_type
+            ))
         })?;
         kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id, energy });
         first_id += species.table.count as u64;

@@ -30,7 +30,7 @@ pub fn write(path: &Path, particles: &ParticleFile, options: WriteOptions) -> Re
     job.only_in_3d()?;
     if let Some(other) = particles.species.iter().find(|s| s.part_type != 0 && s.table.count > 0) {
         return Err(job.refuse(format!(
-            "there are particles of type {}, but SPH-EXA has gas only; leave them out",
+            "there are particles of type {}, but SPH-EXA has gas only; leave them out (`convert --types 0`)",
             other.part_type
         )));
     }

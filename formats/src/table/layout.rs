@@ -48,6 +48,23 @@ impl Delimiter {
     }
 }
 
+/// A number of a row in which commas stand for decimal points: between digits, in fields that something else parts.
+fn decimal_comma(row: &str) -> Option<&str> {
+    let fields: Vec<&str> = match row.contains(';') {
+        true => row.split(';').map(str::trim).filter(|field| !field.is_empty()).collect(),
+        false => row.split_whitespace().collect(),
+    };
+    let is_one = |field: &str| {
+        let Some((whole, rest)) = field.split_once(',') else { return false };
+        let [last, first] = [whole.bytes().last(), rest.bytes().next()];
+        let is_between = last.is_some_and(|c| c.is_ascii_digit()) && first.is_some_and(|c| c.is_ascii_digit());
+        is_between && parse_number(&field.replacen(',', ".", 1)).is_some()
+    };
+    let is_number = |field: &&str| is_one(field) || parse_number(field).is_some();
+    let are_all = (fields.len() > 1 || row.contains(';')) && fields.iter().all(is_number);
+    fields.iter().copied().find(|field| are_all && is_one(field))
+}
+
 /// Name and unit of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heading {
@@ -103,6 +120,15 @@ impl Layout {
         if delimiter == Delimiter::White && is_tabbed(&above, row) {
             delimiter = Delimiter::Tab;
             width = delimiter.split(row).len();
+        }
+        if let Some(field) = decimal_comma(row) {
+            let problem = format!("has numbers with decimal commas, as '{field}'; expected decimal points");
+            return Err(text.line_error(first_row, problem));
+        }
+        if row.split_whitespace().any(|field| comment(field).is_some()) {
+            let problem =
+                "has a comment behind its numbers; expected numbers alone, and comments on lines of their own";
+            return Err(text.line_error(first_row, problem));
         }
         let Some((chosen, names)) = header(&above, delimiter, width, row) else {
             let problem = format!(

@@ -259,10 +259,20 @@ pub(super) fn numbers(kind: &str, bytes: &[u8], big_endian: bool) -> std::result
         "UInt16" | "unsigned_short" => all!(u16, |i| Values::F64(Iterator::map(i, f64::from).collect())),
         "Int32" | "int" => all!(i32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
         "UInt32" | "unsigned_int" => all!(u32, |i| Values::F64(Iterator::map(i, f64::from).collect())),
-        "Int64" | "long" | "vtktypeint64" => {
-            all!(i64, |i| Values::F64(Iterator::map(i, |v: i64| v as f64).collect()))
+        "Int64" | "long" | "vtktypeint64" => all!(i64, |i| long(Iterator::collect(i))),
+        "UInt64" | "unsigned_long" => {
+            let all: Vec<u64> = all!(u64, Iterator::collect);
+            let signed: Option<Vec<i64>> = all.iter().map(|v| i64::try_from(*v).ok()).collect();
+            signed.map_or_else(|| Values::F64(all.iter().map(|v| *v as f64).collect()), long)
         }
-        "UInt64" | "unsigned_long" => all!(u64, |i| Values::F64(Iterator::map(i, |v: u64| v as f64).collect())),
         other => return Err(format!("has type '{other}', which is not known")),
     })
+}
+
+/// Whole numbers as such where an f64 would not hold them all, beyond 2^53, as numbers of particles may be.
+fn long(all: Vec<i64>) -> Values {
+    match all.iter().any(|v| v.unsigned_abs() > 1 << 53) {
+        true => Values::I64(all),
+        false => Values::F64(all.into_iter().map(|v| v as f64).collect()),
+    }
 }

@@ -22,6 +22,8 @@ struct Array<'a> {
     components: usize,
     count: usize,
     value: Box<dyn Fn(usize, usize) -> f64 + 'a>,
+    /// The same numbers one after the other where they are whole: not all of these are in an f64.
+    whole: Option<&'a [i64]>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -72,8 +74,10 @@ impl Array<'_> {
             (Kind::F32, true) => out.extend((v as f32).to_be_bytes()),
             (Kind::F64, false) => out.extend(v.to_le_bytes()),
             (Kind::F64, true) => out.extend(v.to_be_bytes()),
-            (Kind::I64, false) => out.extend((v as i64).to_le_bytes()),
-            (Kind::I64, true) => out.extend((v as i64).to_be_bytes()),
+            (Kind::I64, _) => {
+                let whole = self.whole.map_or(v as i64, |whole| whole[flat]);
+                out.extend(if big_endian { whole.to_be_bytes() } else { whole.to_le_bytes() });
+            }
             (Kind::U8, _) => out.push(v as u8),
         }
     }
@@ -178,11 +182,15 @@ fn array<'a>(column: &'a Column, name: &str, kind: Kind, components: usize, coun
         components,
         count,
         value: Box::new(move |i, k| if k < given { column.values.get(i * given + k) } else { 0.0 }),
+        whole: match &column.values {
+            Values::I64(v) if given == components => Some(v),
+            _ => None,
+        },
     }
 }
 
 fn computed<'a>(name: &str, kind: Kind, count: usize, value: impl Fn(usize) -> f64 + 'a) -> Array<'a> {
-    Array { name: name.into(), kind, components: 1, count, value: Box::new(move |i, _| value(i)) }
+    Array { name: name.into(), kind, components: 1, count, value: Box::new(move |i, _| value(i)), whole: None }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

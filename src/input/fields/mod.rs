@@ -24,7 +24,7 @@ use crate::input::roles::field_key;
 use crate::input::thermal;
 use crate::input::turbulence::Turbulence;
 use crate::input::way::{Way, across};
-use crate::scene::{Conversion, FieldValue, Quantity, Scene, TurbulenceInput};
+use crate::scene::{Conversion, FieldValue, Quantity, Scene, TurbulenceInput, beside_units};
 use of_file::{Frame, OfFile, Said};
 use sph::domain::Domain;
 use sph_formats::common::particle_names as names;
@@ -54,6 +54,9 @@ pub(crate) fn attach<const D: usize>(
     let is_given = scene.thermal.internal_energy.is_some() && has_thermal();
     if scene.fields.is_empty() && scene.turbulence.is_none() && !is_given {
         return Ok((source, Vec::new()));
+    }
+    if conversion.is_unsaid {
+        refuse_plain(scene)?;
     }
     let center = source.center();
     let Source { density, carried, domain, mass, radial, mut notes } = source;
@@ -89,6 +92,24 @@ pub(crate) fn attach<const D: usize>(
     kept.extend(made.into_iter().map(|f| Box::new(f) as Box<dyn CarriedField<D>>));
     let source = Source { density: Box::new(SharedDensity(density)), carried: kept, domain, mass, radial, notes };
     Ok((source, said.doubts))
+}
+
+/// Refuses plain numbers of something that has a unit, where others have theirs and nobody says what plain ones are in. None of something is none
+/// in any unit, and temperatures are in kelvin everywhere.
+///
+/// # Errors
+/// The first.
+fn refuse_plain(scene: &Scene) -> Result<()> {
+    for (name, value) in scene.fields.stated() {
+        let dimension = thermal::dimension_of(name).unwrap_or_else(|| dimension_of(name, value));
+        if [UnitDimension::NONE, UnitDimension::TEMPERATURE].contains(&dimension) {
+            continue;
+        }
+        if let Some(number) = value.texts().iter().filter_map(|text| text.trim().parse().ok()).find(|v| *v != 0.0) {
+            return Err(beside_units(key_of(name), &Quantity::Plain(number)));
+        }
+    }
+    Ok(())
 }
 
 struct Maker<const D: usize> {
@@ -235,6 +256,10 @@ impl<const D: usize> Maker<D> {
     }
 
     fn term(&self, name: &str, text: &str) -> Result<Term<D>> {
+        if self.constants.system.is_none() && text.starts_with(thermal::OF_TEMPERATURE) {
+            let problem = "gives an energy by the constants kB and mH, which have units, but the scene's numbers have none; state them, as in `units: solar`, or give fields.internal_energy";
+            return Err(Error::scene(key_of(thermal::TEMPERATURE), problem));
+        }
         let all: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let expression = self.constants.expression::<D>(&key_of(name), text, &all)?;
         let mut needs = Vec::new();

@@ -50,6 +50,28 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
              the code, or nothing confines the gas"
         ));
     }
+    if facts.is_attracted {
+        doubts.push(format!(
+            "{title} does not receive the gravity of what `gravity_of` names, which is not in the file: without it the gas does not stay as it is; place it as a \
+             body of the scene (`bodies`), or set its potential up in the code"
+        ));
+    }
+    if facts.holds_itself && header.dimension < 3 {
+        doubts.push(format!(
+            "{title} is started without gravity, which it has between matter in three dimensions only: a body that its own gravity holds in {}-D disperses",
+            header.dimension
+        ));
+    }
+    if name != "phantom"
+        && let Some(dust) = facts.gas.column(names::DUST_FRACTION)
+    {
+        let most = dust.values.range().1;
+        doubts.push(format!(
+            "{title} knows no dust in the gas: with the internal energies of the file, which are those of the gas alone, the pressure it computes is up to {:.3} \
+             times the scene's; give the dust particles of its own (`dust`), or leave fields.dust_fraction out",
+            1.0 / (1.0 - most)
+        ));
+    }
     if facts.has_grains && name == "gizmo" {
         doubts.push(format!(
             "{title} computes drag on dust only if it is built with GRAIN_FLUID and given the size of the grains, \

@@ -33,6 +33,8 @@ pub(crate) struct Physics {
     has_units: bool,
     /// The constant of gravity of pure numbers, where the scene's matter attracts itself.
     of_numbers: Option<f64>,
+    /// Bodies attract the gas that are not in the file.
+    is_attracted: bool,
     reflects: bool,
     /// A disc is among the bodies, whose gas is sheared.
     has_disc: bool,
@@ -50,6 +52,7 @@ impl Physics {
         Self {
             has_units,
             of_numbers: scene.own_gravity(),
+            is_attracted: !scene.gravity_of.is_empty() && scene.bodies.is_empty() && scene.input.others.is_none(),
             reflects: scene.has_walls(),
             has_disc: scene.has_disc(),
             in_field: scene.is_in_field(),
@@ -84,6 +87,9 @@ pub(super) struct Facts<'a> {
     pub lacks_gravity: bool,
     /// The gas may attract itself: nothing says whether it does, and the file is started without gravity.
     pub may_lack_gravity: bool,
+    pub is_attracted: bool,
+    /// Matter of the scene attracts itself, in pure numbers.
+    pub holds_itself: bool,
     pub reflects: bool,
     pub has_disc: bool,
     pub in_field: bool,
@@ -162,6 +168,8 @@ impl<'a> Facts<'a> {
                 && gravity.is_none()
                 && file.header.dimension == 3
                 && file.header.periodic == [false; 3],
+            is_attracted: physics.is_attracted,
+            holds_itself: physics.of_numbers.is_some(),
             reflects: physics.reflects,
             has_disc: physics.has_disc,
             in_field: physics.in_field,

@@ -98,3 +98,14 @@ pub(crate) fn beside(
     };
     Ok(Beside { files: places(code, path).into_iter().zip(texts).collect(), doubts: facts.doubts })
 }
+
+/// What there is to be said of a file where no others are written beside it: what the code will not make of it as the scene means it. Nothing of one
+/// without gas.
+pub(crate) fn doubts_of(
+    code: TargetCode,
+    of: (&Path, Option<&str>),
+    file: &ParticleFile,
+    physics: Physics,
+) -> Vec<String> {
+    Facts::new(code, of, file, physics).map_or_else(|_| Vec::new(), |facts| doubts::doubts(&facts))
+}
