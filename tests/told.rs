@@ -396,3 +396,36 @@ fn what_a_code_does_not_do_is_told_of_every_file_for_it() {
         &["a body that its own gravity holds in 2-D disperses"],
     );
 }
+
+#[test]
+fn options_for_inputs_of_another_kind_are_told() {
+    let told = |input: &str| {
+        let (_, report) = placed(&format!("input: {input}\nparticles: 64\nwvt: {{iterations: 0}}\npolish: none\n"));
+        report.notes.into_iter().find(|note| note.contains("nothing: the input is"))
+    };
+    let star = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/star.nc");
+    let said = told(&format!("{{file: '{star}', centering: cells, interpolation: linear}}")).unwrap();
+    assert!(
+        said.starts_with("input.interpolation, input.centering change nothing: the input is a radial table"),
+        "{said}"
+    );
+    assert_eq!(told(&format!("{{file: '{star}', staggering: nodes}}")), None);
+    let snapshot = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/rotating-star.hdf5");
+    let said = told(&format!("{{file: '{snapshot}', staggering: nodes}}")).unwrap();
+    assert!(said.starts_with("input.staggering changes nothing: the input is a snapshot"), "{said}");
+}
+
+/// A sphere of gas that a medium holds in the profile has none about it in the code.
+#[test]
+fn a_pressure_at_the_surface_of_a_body_in_a_vacuum_is_told() {
+    let told = |profile: &str| {
+        let (_, report) =
+            placed(&format!("input: {{profile: {{{profile}}}}}\nparticles: 300\nbalance: {{evaluations: 1}}\n"));
+        report.notes.iter().find(|note| note.starts_with("the pressure at the surface is")).cloned()
+    };
+    // P = c^2 rho, and rho falls to 0.6 of the central density for GM/(c^2 R) = 1.
+    let said = told("isothermal: {mass: 1, radius: 1, sound_speed: 1}").unwrap();
+    let share: f64 = said.split(' ').nth(6).unwrap().parse().unwrap();
+    assert!((55.0..65.0).contains(&share), "{said}");
+    assert_eq!(told("polytrope: {n: 1.5, mass: 1, radius: 1}"), None);
+}

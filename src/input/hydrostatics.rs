@@ -30,6 +30,10 @@ const EVEN: f64 = 1e-4;
 /// Step of the differences that tell, in domain's widths.
 const FIELD_STEP: f64 = 1e-4;
 
+/// How far from the center and the surface, in radii, their pressures are taken, and what that of the surface may be of the central one.
+const NEAR_SURFACE: f64 = 1e-3;
+const LITTLE_PRESSURE: f64 = 1e-2;
+
 /// Entropy may fall outwards by this much: tables and their interpolation are no better.
 const LARGEST_FALL: f64 = 0.03;
 
@@ -137,7 +141,7 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
 
     /// How far the entropy P/rho^gamma of a body that its own gravity holds falls outwards, as a fraction of its largest value
     /// farther in, where that is much: such a body overturns.
-    pub fn entropy_falls(&self) -> Option<f64> {
+    fn entropy_falls(&self) -> Option<f64> {
         let Gravity::Enclosed(radial) = &self.gravity else { return None };
         self.own_center().filter(|_| self.materials.is_none())?;
         let (mut most, mut fall) = (0.0_f64, 0.0_f64);
@@ -265,8 +269,37 @@ impl<'a, const D: usize> Hydrostatics<'a, D> {
         }
     }
 
+    /// What there is to say of a body that is balanced.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = vec![format!("balanced {}", self.describe())];
+        notes.extend(self.entropy_falls().map(|fall| {
+            format!(
+                "entropy falls outwards by {:.0} %: with thermal.gamma = {:.3} the body is convectively unstable and overturns, in the code too",
+                100.0 * fall,
+                self.gamma
+            )
+        }));
+        notes.extend(self.surface_pressure().map(|share| {
+            format!(
+                "the pressure at the surface is {:.0} % of the central one: beyond it the code has vacuum, into which the body expands unless a medium about it \
+                 (`ambient`) has this pressure",
+                100.0 * share
+            )
+        }));
+        notes
+    }
+
+    /// The pressure at the surface of a body that its own gravity holds, over that in the center, where it is much.
+    fn surface_pressure(&self) -> Option<f64> {
+        let Gravity::Enclosed(radial) = &self.gravity else { return None };
+        self.own_center()?;
+        let at = |share: f64| self.pressure(&radial.at(share * radial.profile.outer_radius()));
+        let share = at(1.0 - NEAR_SURFACE) / at(NEAR_SURFACE);
+        (share > LITTLE_PRESSURE).then_some(share)
+    }
+
     /// Where the pressure comes from and what it holds, for the report.
-    pub fn describe(&self) -> String {
+    fn describe(&self) -> String {
         let by_materials = self.materials.as_ref().map(|m| format!("the pressure of {}", m.materials.names()));
         let pressure = match &self.pressure {
             _ if by_materials.is_some() => by_materials.as_deref().unwrap_or_default(),

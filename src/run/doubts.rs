@@ -96,6 +96,38 @@ pub(crate) fn unused(scene: &Scene) -> Option<String> {
     Some(format!("the options of `{key}` change nothing: they are for `{with}`"))
 }
 
+/// Options of the input that are for inputs of another kind, which change nothing.
+pub(crate) fn unused_of_input<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Option<String> {
+    let input = &scene.input;
+    let (is_file, is_snapshot) = (input.file.is_some(), prepared.of_snapshot.is_some() && input.others.is_none());
+    let is_table = is_file && !is_snapshot && prepared.source.radial.is_some();
+    let is_field = is_file && !is_snapshot && !is_table;
+    let stated = [
+        ("time", input.time.is_some(), is_file),
+        ("interpolation", input.interpolation.is_some(), is_field || is_snapshot),
+        ("staggering", !input.staggering.is_auto(), is_table),
+        ("centering", input.centering.is_some(), is_field),
+        ("planet_radius", input.planet_radius.is_some(), is_field),
+        ("magnetic_field_unit", input.magnetic_field_unit.is_some(), is_file),
+        ("carry", input.carry.is_some(), is_file || input.profile.is_some()),
+        ("format", input.format.is_some(), is_file),
+    ];
+    let unused: Vec<String> = stated
+        .iter()
+        .filter(|(_, is_stated, is_used)| *is_stated && !is_used)
+        .map(|s| format!("input.{}", s.0))
+        .collect();
+    let kind = match () {
+        () if is_snapshot => "a snapshot",
+        () if is_table => "a radial table",
+        () if is_file => "a grid, a mesh or points",
+        () => "no file",
+    };
+    let (verb, of) = if unused.len() == 1 { ("changes", "is for inputs") } else { ("change", "are for inputs") };
+    (!unused.is_empty())
+        .then(|| format!("{} {verb} nothing: the input is {kind}, and {of} of another kind", unused.join(", ")))
+}
+
 /// Share of the extent from a periodic face at which densities on both of its sides are compared, and by what factor they differ where that is
 /// not a steep place but a jump.
 const BESIDE_A_FACE: f64 = 1e-6;

@@ -321,6 +321,16 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     if report.particles > 1 {
         let (mut grade, mut text) = pairs(report.neighbors.closest_pair, report.kernel);
+        if grade == Grade::Bad && (report.particles as f64) < report.neighbors.kernel_neighbors {
+            (grade, text) = (
+                Grade::Look,
+                format!(
+                    "the closest are {:.3} of the spacings apart that sums say, which mean nothing of {} particles, fewer than a kernel has neighbors; \
+                     more particles",
+                    report.neighbors.closest_pair, report.particles
+                ),
+            );
+        }
         let rests = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
         if grade == Grade::Bad && rests && is_crowded(report) {
             (grade, text) = (
@@ -381,8 +391,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             (Grade::Good, _) => String::new(),
             (_, Some(why)) => format!("; it is not balanced: {why}"),
             _ if is_balanced && !changed_anything(report) => {
-                "; the balance made the density worse and was not used (see the note): where the center is denser than \
-                 the particles can resolve, as in a giant, replace it by `input.core`"
+                "; the balance made the density worse and was not used (see the notes): where the center is denser than \
+                 the particles can resolve, as in a giant, replace it by `input.core`; a surface with a pressure needs a medium about it (`ambient`)"
                     .into()
             }
             _ if is_balanced => "; more particles, or a kernel that prevents pairing, reduce it".into(),

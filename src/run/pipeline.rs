@@ -284,14 +284,7 @@ impl Run<'_> {
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         refining.iter().for_each(|r| r.change(&mut plan, self.scene));
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
-            self.notes.push(format!("balanced {}", h.describe()));
-            self.notes.extend(h.entropy_falls().map(|fall| {
-                format!(
-                    "entropy falls outwards by {:.0} %: with thermal.gamma = {:.3} the body is convectively unstable and overturns, in the code too",
-                    100.0 * fall,
-                    h.gamma()
-                )
-            }));
+            self.notes.extend(h.notes());
         }
         memory::check(count, &plan.stages)?;
         let cost = Cost {
@@ -305,7 +298,7 @@ impl Run<'_> {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
         doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
-        self.notes.extend(doubts::unused(self.scene));
+        self.notes.extend(doubts::unused(self.scene).into_iter().chain(doubts::unused_of_input(self.scene, &prepared)));
         self.warnings.extend(prepared.doubts.iter().cloned());
         self.warnings.extend(doubts::before(self.scene, &prepared, count));
         self.warnings.extend(refining.as_ref().and_then(Refining::doubt));

@@ -250,7 +250,7 @@ pub enum CenteringName {
 }
 
 impl StaggeringName {
-    pub(super) fn is_auto(&self) -> bool {
+    pub(crate) fn is_auto(&self) -> bool {
         *self == Self::Auto
     }
 }

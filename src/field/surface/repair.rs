@@ -8,7 +8,7 @@ use super::super::bvh::{Aabb, Bvh};
 use super::super::skin::merge_points;
 use super::winding::{Facet, Winding, area_vector, centroid, enclosed, length};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A surface after repair.
 pub(crate) struct Repaired<const D: usize> {
@@ -61,6 +61,13 @@ pub(crate) fn repair<const D: usize>(points: Vec<[f64; D]>, facets: Vec<[u32; D]
     if flat > 0 {
         notes.push(format!("{flat} of the surface's {given} facets have no extent and were left aside"));
     }
+    let extended = soup.facets.len();
+    let mut known = HashSet::new();
+    soup.facets.retain(|f| known.insert(from_least(f, &numbers)));
+    let twice = extended - soup.facets.len();
+    if twice > 0 {
+        notes.push(format!("{twice} of the surface's {given} facets are there more than once, and count once"));
+    }
     let turned = soup.turn(&soup.ridges(&numbers));
     if turned > 0 {
         notes.push(format!("{turned} of the surface's {given} facets were turned, so that all face outward"));
@@ -86,6 +93,16 @@ pub(crate) fn repair<const D: usize>(points: Vec<[f64; D]>, facets: Vec<[u32; D]
     facets.extend(caps.into_iter().flatten());
     let seams = seams.into_iter().flatten().collect();
     Repaired { facets, seams, is_closed: true, capped: capped / area, notes }
+}
+
+/// The corners of a facet from the least number on, in the same sense: the other side of it is another.
+fn from_least<const D: usize>(facet: &[u32; D], numbers: &[u32]) -> [u32; D] {
+    let mut corners = facet.map(|corner| numbers[corner as usize]);
+    if D > 2 {
+        let least = (0..D).min_by_key(|&k| corners[k]).unwrap_or(0);
+        corners.rotate_left(least);
+    }
+    corners
 }
 
 /// Points within [`ONE_POINT`] of each other get one number.

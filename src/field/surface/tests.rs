@@ -165,6 +165,24 @@ fn holes_are_closed_and_the_volume_is_that_of_the_body_less_its_caps() {
     assert!(body.contains(&[0.97, 0.0, 0.0]) && !body.contains(&[0.99, 0.0, 0.0]));
 }
 
+/// A facet that is there again, from whichever of its corners on, is neither a hole nor another part.
+#[test]
+fn facets_that_come_twice_count_once() {
+    let mut facets = cuboid([0.0; 3], [1.0, 2.0, 3.0]);
+    let [a, b, c] = facets[3];
+    facets.extend([[a, b, c], [b, c, a]]);
+    let (body, notes) = surface(&facets);
+    assert!(off(body.volume(), 6.0) < 1e-12 && body.contains(&[0.5, 1.0, 1.5]));
+    assert_eq!(notes, ["2 of the surface's 14 facets are there more than once, and count once"]);
+    let once = cuboid([0.0; 3], [1.0, 2.0, 3.0]);
+    assert!(off(surface(&[once.clone(), once].concat()).0.volume(), 6.0) < 1e-12);
+    let square: Vec<Facet<2>> =
+        [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 1.0]], [[1.0, 1.0], [0.0, 1.0]], [[0.0, 1.0], [0.0, 0.0]]]
+            .to_vec();
+    let (plane, notes) = surface(&[square.clone(), square].concat());
+    assert!(off(plane.volume(), 1.0) < 1e-12 && notes.len() == 1, "{notes:?}");
+}
+
 /// Two boxes side by side, with a whole face in common or a part of one: nothing is a surface there.
 #[test]
 fn walls_between_bodies_that_touch_are_left_aside() {
