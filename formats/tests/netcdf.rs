@@ -188,6 +188,21 @@ fn a_fill_value_in_f64_masks_the_f32_nearest_to_it() {
     assert!(values[1].is_nan());
 }
 
+/// As libraries state it that write 1e20 in single precision beside numbers in double.
+#[test]
+fn a_fill_value_in_f32_masks_the_decimal_number_in_f64() {
+    let mut file = ClassicFile::new();
+    let d = file.dimension("x", 4);
+    file.variable("x", &[d], Data::F64(&[0.0, 1.0, 2.0, 3.0]), &[]);
+    let single = f64::from(1e20_f32);
+    assert!(single != 1e20);
+    let (stored, fill) = ([0.1, 1e20, single, 1.1e20], [("missing_value", single.into())]);
+    file.variable("rho", &[d], Data::F64(&stored), &fill);
+    let values = through(&file, &FieldRequest::default()).unwrap().variables.remove(0).values.to_f64();
+    assert_eq!((values[0], values[3]), (0.1, 1.1e20));
+    assert!(values[1].is_nan() && values[2].is_nan());
+}
+
 #[test]
 fn the_density_is_chosen_by_name_description_or_request() {
     let mut file = ClassicFile::new();
