@@ -98,29 +98,6 @@ fn densities_of_other_units_than_the_masses_are_told() {
     }
 }
 
-/// Balance, certificate and parameter files reckon with that of the scene.
-#[test]
-fn another_gamma_than_the_scenes_is_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut file = lattice(true);
-    let table = &mut file.species[0].table;
-    let rho = table.column(names::DENSITY).unwrap().values.to_f64();
-    // P = (gamma - 1) rho u with u = 1.5 and gamma = 1.4.
-    let pressure = Values::F64(rho.iter().map(|rho| 0.4 * 1.5 * rho).collect());
-    table.columns.push(Column::new(names::PRESSURE, 1, pressure, UnitDimension::PRESSURE));
-    let input = written(folder.path(), "diatomic.npz", &file);
-    for (gamma, is_told) in
-        [("", true), ("thermal: {gamma: 1.4}\n", false), ("input: {carry: [InternalEnergy]}\n", false)]
-    {
-        let mut scene =
-            Scene::parse(&format!("particles: 1000\npolish: none\nwvt: {{iterations: 0}}\n{gamma}")).unwrap();
-        scene.input.file = Some(input.clone());
-        let (_, report) = sph_prep::place(&scene, FORMATS, &Control::default()).unwrap();
-        let told = report.warnings.iter().any(|w| w.contains("gamma is 1.4") && w.contains("`thermal: {gamma: 1.4"));
-        assert_eq!(told, is_told, "{gamma}: {:?}", report.warnings);
-    }
-}
-
 /// Summed densities count each particle's own share as well: about 1 % too much with this kernel.
 #[test]
 fn a_part_of_a_snapshot_has_its_part_of_the_mass() {

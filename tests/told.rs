@@ -1,7 +1,8 @@
 //! What a format or a code has no place for, or takes for something else: it is said, refused, or written so that it is what it was.
 
+use crate::resample::{lattice, written};
 use sph_formats::common::particle_names as names;
-use sph_formats::{FileContent, ParticleTable};
+use sph_formats::{Column, FileContent, ParticleTable, UnitDimension, Values};
 use sph_prep::{Control, FORMATS, ParticleFile, Report, Scene, place, place_bodies, run};
 use std::path::Path;
 
@@ -428,4 +429,27 @@ fn a_pressure_at_the_surface_of_a_body_in_a_vacuum_is_told() {
     let share: f64 = said.split(' ').nth(6).unwrap().parse().unwrap();
     assert!((55.0..65.0).contains(&share), "{said}");
     assert_eq!(told("polytrope: {n: 1.5, mass: 1, radius: 1}"), None);
+}
+
+/// Balance, certificate and parameter files reckon with that of the scene.
+#[test]
+fn another_gamma_than_the_scenes_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = lattice(true);
+    let table = &mut file.species[0].table;
+    let rho = table.column(names::DENSITY).unwrap().values.to_f64();
+    // P = (gamma - 1) rho u with u = 1.5 and gamma = 1.4.
+    let pressure = Values::F64(rho.iter().map(|rho| 0.4 * 1.5 * rho).collect());
+    table.columns.push(Column::new(names::PRESSURE, 1, pressure, UnitDimension::PRESSURE));
+    let input = written(folder.path(), "diatomic.npz", &file);
+    for (gamma, is_told) in
+        [("", true), ("thermal: {gamma: 1.4}\n", false), ("input: {carry: [InternalEnergy]}\n", false)]
+    {
+        let mut scene =
+            Scene::parse(&format!("particles: 1000\npolish: none\nwvt: {{iterations: 0}}\n{gamma}")).unwrap();
+        scene.input.file = Some(input.clone());
+        let (_, report) = place(&scene, FORMATS, &Control::default()).unwrap();
+        let told = report.warnings.iter().any(|w| w.contains("gamma is 1.4") && w.contains("`thermal: {gamma: 1.4"));
+        assert_eq!(told, is_told, "{gamma}: {:?}", report.warnings);
+    }
 }
