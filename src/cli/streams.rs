@@ -138,8 +138,7 @@ impl<'a, 'f> Destined<'a, 'f> {
         output.file.clone_from(&args.output);
         output.format = args.to.clone().or(output.format.take());
         output.no_clobber |= args.no_clobber;
-        let of_scene = WriteOptions { compression: output.compression, double_precision: output.double_precision };
-        let options = args.encoding.over(of_scene);
+        let options = args.encoding.over(output.write_options());
         let files = args.files.unwrap_or(output.files);
         let format = intended_format(scene, formats)?;
         if let (Some(path), Some(format)) = (args.output.as_deref(), format) {

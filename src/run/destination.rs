@@ -85,8 +85,7 @@ impl<'a> Destination<'a> {
         (file, drawing): (&ParticleFile, &Drawing),
         physics: Physics,
     ) -> Result<Vec<String>> {
-        let options =
-            WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+        let options = scene.output.write_options();
         let replaced: Vec<String> = self.files.iter().filter_map(|path| replaced(path)).collect();
         let mut notes = Vec::new();
         match self.format {
@@ -140,8 +139,7 @@ pub(super) fn write_rows(
     stream: &dyn ParticleStream,
 ) -> Result<Vec<String>> {
     let older = replaced(path);
-    let options =
-        WriteOptions { compression: scene.output.compression, double_precision: scene.output.double_precision };
+    let options = scene.output.write_options();
     let files = write_stream(formats, path, Some(format.name), stream, scene.output.files, options)?;
     Ok(older.into_iter().chain(several(&files)).collect())
 }

@@ -77,9 +77,7 @@ impl FieldValue {
             Self::File(_) => Vec::new(),
         }
     }
-}
 
-impl FieldValue {
     /// Whether it is a number that is 0 or less.
     pub(crate) fn is_never_positive(&self) -> bool {
         matches!(self, Self::One(term) if term.text().trim().parse().is_ok_and(|v: f64| v <= 0.0))

@@ -87,6 +87,7 @@ use crate::seeding::Seeding;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, default_kernel_neighbors};
+use sph_formats::WriteOptions;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -304,6 +305,13 @@ pub enum OnInterrupt {
 
 fn is_one(count: &usize) -> bool {
     *count == 1
+}
+
+impl Output {
+    /// How numbers are written.
+    pub(crate) fn write_options(&self) -> WriteOptions {
+        WriteOptions { compression: self.compression, double_precision: self.double_precision }
+    }
 }
 
 impl Default for Output {

@@ -36,7 +36,7 @@ pub(super) fn singular(name: &str) -> &str {
 pub(super) fn layout(
     (path, file): (&Path, &Reader<'_>),
     header: &Attributes,
-    units: Option<&Attributes>,
+    (units, support_over_length): (Option<&Attributes>, Option<f64>),
     types: impl Iterator<Item = u8>,
 ) -> Result<Layout> {
     let numbers =
@@ -54,7 +54,7 @@ pub(super) fn layout(
         header: numbers(header),
         units: units.map(numbers),
         datasets,
-        support_over_length: None,
+        support_over_length,
         superblock: superblock(path),
     })
 }

@@ -211,9 +211,8 @@ impl<'p> Opened<'p> {
         }
         let units = groups.iter().any(|g| g == "Units").then_some(&origin.units);
         let types = species.iter().map(|s| s.part_type);
-        let mut layout = laid_out::layout((self.path, file), attributes, units, types)?;
-        layout.support_over_length = origin.support_over_length(header.dimension);
-        header.layouts.push(layout);
+        let stated = (units, origin.support_over_length(header.dimension));
+        header.layouts.push(laid_out::layout((self.path, file), attributes, stated, types)?);
         Ok(ParticleFile { header, species })
     }
 }
