@@ -129,7 +129,7 @@ fn blocks_have_their_mass_in_place_where_a_target_is_steep() {
                  domain: {box: [[0, 0, 0], [1, 1, 1]], boundary: [open]}\nparticles: 6000\n";
     let report = Work::new(scene).ran(3);
     assert!(report.plan.aims_at_mass && report.figures.ledger.in_place > 0.9, "{}", report.figures.ledger.in_place);
-    let smoothed = report.figures.smoothed.unwrap().as_given;
+    let smoothed = report.figures.smoothed.as_given;
     assert!(smoothed.particles == 6000 && smoothed.mean < 0.02, "{smoothed:?}");
     let [near, rest] = report.figures.seams.unwrap();
     assert!(near < 1.25 * rest, "{near:e} at seams, {rest:e} elsewhere");

@@ -68,4 +68,5 @@ mod told;
 mod totals;
 mod units;
 mod walls;
+mod ways;
 mod zeldovich;

@@ -453,3 +453,40 @@ fn another_gamma_than_the_scenes_is_told() {
         assert_eq!(told, is_told, "{gamma}: {:?}", report.warnings);
     }
 }
+
+/// The velocity of a medium that its fields give it, and where a body lies that is one of several.
+#[test]
+fn what_moves_is_told_and_no_place_that_is_not_its_own() {
+    let star = "{name: star, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, particles: 300, position: [3, 3, 3]}";
+    let scene = format!(
+        "bodies: [{star}]\nambient: {{density: 0.01, match: spacing, fields: {{velocity: [2, 0, 0], internal_energy: 1}}}}\n\
+         domain: {{box: [[0, 0, 0], [6, 6, 6]], boundary: periodic}}\nwvt: {{iterations: 0}}\npolish: none\n"
+    );
+    let (_, report) = place_bodies(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+    let [star, medium] = report.bodies.as_slice() else { panic!("{:?}", report.bodies) };
+    assert_eq!(star.velocity, [0.0; 3]);
+    assert!((medium.velocity[0] - 2.0).abs() < 1e-12 && medium.velocity[1] == 0.0, "{:?}", medium.velocity);
+    let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+    let notes = json["bodies"][0]["report"]["notes"].as_array().unwrap();
+    assert!(!notes.is_empty() && notes.iter().all(|note| !note.as_str().unwrap().starts_with("the origin is")));
+}
+
+/// Along open axes alone is the box larger than the body.
+#[test]
+fn the_box_of_a_body_that_is_moved_has_all_its_edges() {
+    let edges = |boundary: &str| {
+        let (file, report) = placed(&format!(
+            "input: {{expression: '1'}}\ndomain: {{box: [[0, 0, 0], [1, 2, 1]], boundary: {boundary}}}\nparticles: 500\n\
+             wvt: {{iterations: 0}}\npolish: none\n"
+        ));
+        let note = report.notes.iter().find(|note| note.starts_with("the body is moved to the middle")).cloned();
+        (file.header.box_size, note)
+    };
+    let (size, note) = edges("[periodic, open, open]");
+    assert!(size[1] == size[2] && size[0] != size[1], "{size:?}");
+    let said = note.unwrap();
+    let all: Vec<f64> = said.split(['x', ' ']).filter_map(|word| word.parse().ok()).collect();
+    assert_eq!(all[..3], size, "{said}");
+    let (size, note) = edges("open");
+    assert!(note.unwrap().contains(&format!("a box of edge {:.6e} (", size[0])));
+}

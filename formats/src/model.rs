@@ -32,6 +32,20 @@ impl Values {
         self.len() == 0
     }
 
+    /// Adds values, in the wider of two types where they differ.
+    pub(crate) fn extend(&mut self, more: &Self) {
+        match (&mut *self, more) {
+            (Self::F32(all), Self::F32(more)) => all.extend_from_slice(more),
+            (Self::F64(all), Self::F64(more)) => all.extend_from_slice(more),
+            (Self::I64(all), Self::I64(more)) => all.extend_from_slice(more),
+            (all, more) => {
+                let mut wide = all.to_f64();
+                wide.extend((0..more.len()).map(|i| more.get(i)));
+                *self = Self::F64(wide);
+            }
+        }
+    }
+
     /// Value `i` as f64 (exact for f32 and for integers below 2^53).
     #[inline]
     pub fn get(&self, i: usize) -> f64 {

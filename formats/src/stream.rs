@@ -50,6 +50,38 @@ fn slice(column: &Column, rows: &Range<usize>) -> Column {
     Column { name: column.name.clone(), values, ..*column }
 }
 
+/// Runs of particles of successive numbers that a sample is of.
+const RUNS: usize = 32;
+
+/// Numbers of about `most` of `count` particles, or of all: runs that are spread evenly.
+pub fn runs(count: usize, most: usize) -> impl Iterator<Item = Range<usize>> {
+    let (runs, each) = if count > most { (RUNS, most.div_ceil(RUNS)) } else { (1, count) };
+    let start = move |run: usize| (count as u128 * run as u128 / runs as u128) as usize;
+    (0..runs).map(move |run| start(run)..start(run) + each)
+}
+
+/// Some of the particles in memory, about `most` of each type at most, or all: runs that are spread evenly over their numbers.
+///
+/// # Errors
+/// Those of the stream.
+pub fn sampled(stream: &dyn ParticleStream, most: usize) -> Result<ParticleFile> {
+    let mut species = Vec::new();
+    for (t, count) in stream.counts().into_iter().enumerate().filter(|(_, count)| *count > 0) {
+        let mut table = ParticleTable::default();
+        for run in runs(count, most) {
+            let more = stream.rows(t as u8, run, &|_| true)?;
+            if table.count == 0 {
+                table = more;
+                continue;
+            }
+            table.columns.iter_mut().zip(&more.columns).for_each(|(column, more)| column.values.extend(&more.values));
+            table.count += more.count;
+        }
+        species.push(Species { part_type: t as u8, table });
+    }
+    Ok(ParticleFile { header: stream.header().clone(), species })
+}
+
 /// Which part of the particles one file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Part {

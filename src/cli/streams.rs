@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::input::support::support_radii;
 use crate::metrics::{ErrorFigures, PatchFigures};
 use crate::run::destination::{intended_format, refuse_clobbering, refuse_replacing};
+use crate::run::remarks::Remarks;
 use crate::run::replicate::{Repeated, mapped};
 use crate::run::seeds::seeds;
 use crate::scene::Scene;
@@ -48,9 +49,11 @@ pub fn replicate(formats: &[FormatSpec], args: &ReplicateArgs) -> Result<String>
     tile.move_corner_to_origin();
     let repeated = Repeated::new(tile, &args.times)?;
     let mut out = match &scene {
-        None => to.put(formats, &repeated, notes, &progress),
+        None => to.put(formats, &repeated, &Remarks { notes, warnings: Vec::new() }, &progress),
         Some(scene) => mapped(&repeated, scene, formats, to.format, |stream, more| {
-            to.put(formats, stream, notes.into_iter().chain(more).collect(), &progress)
+            let mut told = Remarks { notes, warnings: Vec::new() };
+            told.add(more);
+            to.put(formats, stream, &told, &progress)
         }),
     }?;
     out.push_str(&taken(start));
@@ -77,8 +80,8 @@ pub fn seed(formats: &[FormatSpec], args: &SeedArgs) -> Result<String> {
     }
     let progress = Progress::new(false);
     progress.begin("read");
-    seeds(&scene, formats, to.format, |stream, notes, measure| {
-        let mut out = to.put(formats, stream, notes, &progress)?;
+    seeds(&scene, formats, to.format, |stream, told, measure| {
+        let mut out = to.put(formats, stream, &told, &progress)?;
         // One of several parts tells what all have in common.
         if args.stream.part.unwrap_or(0) == 0 {
             progress.begin("measure");
@@ -159,7 +162,7 @@ impl<'a, 'f> Destined<'a, 'f> {
         &self,
         formats: &[FormatSpec],
         stream: &dyn ParticleStream,
-        notes: Vec<String>,
+        Remarks { notes, warnings }: &Remarks,
         progress: &Progress,
     ) -> Result<String> {
         let Self { args, files, options, .. } = *self;
@@ -171,7 +174,10 @@ impl<'a, 'f> Destined<'a, 'f> {
         let header = stream.header();
         let edges: Vec<String> = header.box_size.iter().take(header.dimension).map(|l| format!("{l:.6e}")).collect();
         let _ = writeln!(out, "{count} particles in a box of {}", edges.join(" x "));
-        for note in &notes {
+        for warning in warnings {
+            let _ = writeln!(out, "WARNING: {warning}");
+        }
+        for note in notes {
             let _ = writeln!(out, "note: {note}");
         }
         match (output, args.part) {

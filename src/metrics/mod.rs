@@ -36,4 +36,5 @@ pub use own_units::{InOwnUnits, Stated};
 pub use patches::{PatchFigures, Patches};
 pub use quality::{Aim, Quality};
 pub(crate) use quality::{BIAS, least_closest_pair};
+pub(crate) use smoothed::{Looking, smoothed_densities};
 pub use wholes::Moving;

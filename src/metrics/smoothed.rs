@@ -27,7 +27,7 @@ const AGREEMENT: f64 = 1e-3;
 type Rule<const D: usize> = Vec<([f64; D], f64)>;
 
 /// Particles for which the smoothed target is looked for.
-pub(super) struct Looking<'a, const D: usize> {
+pub(crate) struct Looking<'a, const D: usize> {
     pub positions: &'a Positions<D>,
     pub support: &'a [f64],
     /// Which of them are close together, and the target's mass densities at all of them.
@@ -37,7 +37,7 @@ pub(super) struct Looking<'a, const D: usize> {
 /// The target's mass density smoothed by `kernel` with the particles' support radii. About those in the `interior`
 /// the target is smooth, so that two rules of few points tell enough; where a target of pieces hides a thin layer from rules,
 /// `ledger` knows of it, and the particle is taken out of the interior.
-pub(super) fn smoothed_densities<const D: usize>(
+pub(crate) fn smoothed_densities<const D: usize>(
     kernel: KernelName,
     (target, ledger): (&Target<'_, D>, Option<&Ledger<D>>),
     looking: &Looking<'_, D>,

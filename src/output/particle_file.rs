@@ -95,11 +95,13 @@ pub(crate) fn particle_file<const D: usize>(
         let edges = frame.box_size.map(|b| b * factors.length);
         notes.push(origin::describe(origin, &at, (&corner[..D], &edges[..D])));
     } else if frame.isolated {
-        notes.push(format!(
-            "{MOVED} of a box of edge {:.6e} (output.box_factor {})",
-            frame.box_size[0] * factors.length,
-            scene.output.box_factor
-        ));
+        let edges: Vec<String> =
+            frame.box_size[..D].iter().map(|edge| format!("{:.6e}", edge * factors.length)).collect();
+        let edges = match edges.iter().all(|edge| *edge == edges[0]) {
+            true => format!("edge {}", edges[0]),
+            false => format!("edges {}", edges.join(" x ")),
+        };
+        notes.push(format!("{MOVED} of a box of {edges} (output.box_factor {})", scene.output.box_factor));
     }
     // A magnetic field is one of places, where its divergence vanishes, and so is what keeps a body in balance; what else is carried goes along with
     // the gas.

@@ -41,7 +41,7 @@ pub(super) fn placed(
     let obstacles = obstacles(scene, (bodies, states, alone), units, ambient.matching);
     let mut medium = scene.of_ambient(ambient, dimension, None);
     (medium.output.units, medium.output.target_density) = (Some(name.to_owned()), true);
-    let (file, report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(of_medium)?;
+    let (file, mut report) = pipeline::place_around(&medium, formats, control, &obstacles).map_err(of_medium)?;
     let mut body = Body::new(TITLE.to_owned(), file, Middle::OfMass)?;
     if ambient.matching == MatchName::Mass {
         // To the bit as those of the bodies: within half a particle in all.
@@ -49,7 +49,7 @@ pub(super) fn placed(
     }
     let corner = corner(scene, frame, dimension);
     let state = State { position: sph::array(|k| body.center[k] + corner[k]), ..State::default() };
-    let mut figures = BodyFigures::new(&report);
+    let mut figures = BodyFigures::new(&mut report);
     // By itself it has holes; these are found over all gas.
     (figures.misplaced, figures.warnings) = (None, Vec::new());
     Ok(Some(Medium { body, state, figures }))

@@ -136,6 +136,12 @@ impl Body {
         (length(own) > OWN_SHARE * fastest).then_some(own)
     }
 
+    /// That of its center in a state, with what it moves by of its own.
+    pub fn velocity(&self, state: &State) -> [f64; 3] {
+        let own = self.drift().unwrap_or_default();
+        sph::array(|k| state.velocity[k] + own[k])
+    }
+
     /// Takes out of the velocities what the body moves by as a whole, where that is more than `rounding`; what it was.
     pub fn stop(&mut self, rounding: f64) -> Option<[f64; 3]> {
         let own = self.own_motion();

@@ -291,9 +291,8 @@ pub fn run_bodies_as(
     let destination = Destination::new(scene, formats)?;
     destination.refuse_overwriting_inputs(scene)?;
     let (file, mut report) = place_bodies(scene, formats, control)?;
-    let notes =
+    let written =
         destination.write(scene, formats, (&file, &Drawing::default()), Physics::of(scene, report.units != "code"))?;
-    report.notes.extend(notes);
     if let Some(format) = destination.format {
         let is_told =
             |text: &String| report.bodies.iter().filter_map(|b| b.figures.as_ref()).any(|f| f.warnings.contains(text));
@@ -301,6 +300,7 @@ pub fn run_bodies_as(
         report.warnings.extend(lost.into_iter().filter(|text| !is_told(text)).collect::<Vec<_>>());
     }
     report.judge();
+    written.tell(&mut report.notes, &mut report.verdict);
     report.seconds = start.elapsed().as_secs_f64();
     report.peak_memory = memory::peak();
     report.write_page(scene, &file, command)?;
@@ -346,8 +346,9 @@ struct Placed {
 impl Placed {
     /// Anew; it is kept in the folder `cache`.
     fn new(alone: &Scene, cache: Option<&Path>, (formats, control): (&[FormatSpec], &Control<'_>)) -> Result<Self> {
-        let (file, report) = pipeline::place(alone, formats, control)?;
-        let body = PlacedBody { file, report: report.json(), figures: BodyFigures::new(&report) };
+        let (file, mut report) = pipeline::place(alone, formats, control)?;
+        let figures = BodyFigures::new(&mut report);
+        let body = PlacedBody { file, report: report.json(), figures };
         if let Some((recipe, folder)) = kept(alone, cache, formats)?.filter(|_| !report.stop.is_cut()) {
             recipe.keep(folder, &body)?;
         }
@@ -566,7 +567,7 @@ fn figures(bodies: &[Body], states: &[State], reports: Vec<Option<(BodyFigures, 
             },
             radius: body.radius,
             position: state.position,
-            velocity: state.velocity,
+            velocity: body.velocity(state),
             spin: state.spin,
             figures,
             report: serde_json::from_str(&report).unwrap_or_default(),

@@ -120,7 +120,9 @@ pub struct BodyFigures {
 }
 
 impl BodyFigures {
-    pub fn new(report: &Report) -> Self {
+    /// Of a body by itself; notes on where it lies are taken from the report: among others it is moved again.
+    pub fn new(report: &mut Report) -> Self {
+        report.notes.retain(|note| !is_of_place(note));
         let error = report.density_error.stated();
         Self {
             input: report.input.clone(),
@@ -132,8 +134,7 @@ impl BodyFigures {
             net_force: report.balance.as_ref().map(|b| b.all),
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
             warnings: report.warnings.clone(),
-            // Among others it is moved again.
-            notes: report.notes.iter().filter(|note| !is_of_place(note)).cloned().collect(),
+            notes: report.notes.clone(),
         }
     }
 }

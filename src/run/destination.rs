@@ -2,13 +2,15 @@
 
 use super::checkpoint::refuse_other_content;
 use super::drawings::{self, Drawing};
+use super::grading::of_code;
+use super::verdict::Finding;
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
 use crate::output::frame::Frame;
 use crate::output::origin;
-use crate::output::parameters::{self, Physics};
+use crate::output::parameters::{self, Doubts, Physics};
 use crate::output::walls::Walls;
 use crate::scene::{Conversion, Scene, is_heat};
 use sph::domain::Axis;
@@ -73,7 +75,7 @@ impl<'a> Destination<'a> {
         scene.checkpoint.file.as_deref().map_or(Ok(()), refuse_other_content)
     }
 
-    /// Writes the file, and parameters beside it where the scene asks for them; returns what there is to note. `drawing` is
+    /// Writes the file, and parameters beside it where the scene asks for them. `drawing` is
     /// what pictures show beside the file, and `physics` what the scene says of what is not in it.
     ///
     /// # Errors
@@ -84,7 +86,7 @@ impl<'a> Destination<'a> {
         formats: &[FormatSpec],
         (file, drawing): (&ParticleFile, &Drawing),
         physics: Physics,
-    ) -> Result<Vec<String>> {
+    ) -> Result<Written> {
         let options = scene.output.write_options();
         let replaced: Vec<String> = self.files.iter().filter_map(|path| replaced(path)).collect();
         let mut notes = Vec::new();
@@ -97,20 +99,33 @@ impl<'a> Destination<'a> {
             None => drawing.write_picture(file, self.path)?,
         }
         notes.extend(replaced);
-        if let Some(code) = scene.code() {
-            let of = (self.path, self.format.map(|f| f.name));
-            if !scene.output.parameters {
-                notes.extend(parameters::doubts_of(code, of, file, physics));
-                return Ok(notes);
-            }
-            let beside = parameters::beside(code, of, file, physics)?;
-            for (path, text) in beside.files {
-                write_text(&path, &text)?;
-                notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
-            }
-            notes.extend(beside.doubts);
+        let Some(code) = scene.code() else { return Ok(Written { notes, doubts: Doubts::default() }) };
+        let of = (self.path, self.format.map(|f| f.name));
+        if !scene.output.parameters {
+            return Ok(Written { notes, doubts: parameters::doubts_of(code, of, file, physics) });
         }
-        Ok(notes)
+        let beside = parameters::beside(code, of, file, physics)?;
+        for (path, text) in beside.files {
+            write_text(&path, &text)?;
+            notes.push(format!("parameters for {} are in '{}'", code.sheet.title, path.display()));
+        }
+        Ok(Written { notes, doubts: beside.doubts })
+    }
+}
+
+/// What there is to say of a file that was written.
+pub(super) struct Written {
+    notes: Vec<String>,
+    /// What the scene's code will not make of it as the scene means it.
+    doubts: Doubts,
+}
+
+impl Written {
+    /// Adds it to the `notes` of a report, and what it means to the verdict.
+    pub fn tell(self, notes: &mut Vec<String>, verdict: &mut Vec<Finding>) {
+        verdict.extend(of_code(self.doubts.stops.len(), self.doubts.others.len()));
+        notes.extend(self.notes);
+        notes.extend(self.doubts.texts().cloned());
     }
 }
 
@@ -128,7 +143,7 @@ pub(crate) fn refuse_clobbering(key: &str, path: &Path, no_clobber: bool) -> Res
     }
 }
 
-/// Writes particles row by row; returns what there is to note.
+/// Writes particles row by row.
 ///
 /// # Errors
 /// What the writer says.
@@ -136,12 +151,25 @@ pub(super) fn write_rows(
     scene: &Scene,
     formats: &[FormatSpec],
     (format, path): (&FormatSpec, &Path),
-    stream: &dyn ParticleStream,
-) -> Result<Vec<String>> {
-    let older = replaced(path);
+    (stream, has_units): (&dyn ParticleStream, bool),
+) -> Result<Written> {
+    let (older, doubts) = (replaced(path), doubts_of_code(scene, format, (stream, has_units))?);
     let options = scene.output.write_options();
     let files = write_stream(formats, path, Some(format.name), stream, scene.output.files, options)?;
-    Ok(older.into_iter().chain(several(&files)).collect())
+    Ok(Written { notes: older.into_iter().chain(several(&files)).collect(), doubts })
+}
+
+/// What the scene's code will not make of particles that are made while they are written, whose input has units of time and mass or none.
+///
+/// # Errors
+/// Rows that cannot be made.
+pub(super) fn doubts_of_code(
+    scene: &Scene,
+    format: &FormatSpec,
+    (stream, has_units): (&dyn ParticleStream, bool),
+) -> Result<Doubts> {
+    let Some((code, path)) = scene.code().zip(scene.output.file.as_deref()) else { return Ok(Doubts::default()) };
+    parameters::doubts_of_stream(code, (path, Some(format.name)), stream, Physics::of(scene, has_units))
 }
 
 /// Before a file is written: what there will be to note if it is there already.

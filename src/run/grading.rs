@@ -3,6 +3,7 @@
 use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
 use super::verdict::{Finding, Grade, Topic, ending};
 use crate::field::Scatter;
+use crate::input::atmosphere::Cut;
 use crate::metrics::{BIAS, LedgerFigures};
 use crate::relaxation::{BALANCE, Certificate, CertificateVerdict, StopReason, TRIMMING};
 use sph::kernel::{KernelName, makes_pairs};
@@ -153,30 +154,41 @@ fn masses(report: &Report) -> Option<(Grade, String)> {
     }
 }
 
-/// What reduces a density error of `mean`. Where most of it is one common factor, which comes from the self-contribution of each
-/// particle to its sum, neither more particles nor another arrangement do.
-fn density_remedy(report: &Report, mean: f64) -> String {
-    if let Some(factor) = one_factor(report, mean) {
-        let percent = 100.0 * factor;
-        if factor.abs() > BIAS {
-            return format!(
-                "; {percent:+.2} % is the same everywhere, more than the self-contribution of each particle to its \
-                 density: some mass is where the target has none, or is missing where the target has some"
-            );
-        }
+/// What reduces a density error. Where most of it is one common `factor`, which comes from the self-contribution of each particle to its sum, neither
+/// more particles nor another arrangement do; elsewhere `more` do.
+fn density_remedy(factor: Option<f64>, more: &str) -> String {
+    let Some(factor) = factor else { return format!("; {more} reduce it") };
+    let percent = 100.0 * factor;
+    if factor.abs() > BIAS {
         return format!(
-            "; {percent:+.2} % is the same everywhere: the self-contribution of each particle to its density, which \
-             simulation codes include as well. It causes no motion, and more `neighbors` reduce it"
+            "; {percent:+.2} % is the same everywhere, more than the self-contribution of each particle to its \
+             density: some mass is where the target has none, or is missing where the target has some"
         );
     }
-    format!("; {} reduce it", more(report))
+    format!(
+        "; {percent:+.2} % is the same everywhere: the self-contribution of each particle to its density, which \
+         simulation codes include as well. It causes no motion, and more `neighbors` reduce it"
+    )
 }
 
-/// The factor on all densities, less 1, that is most of a density error of `mean`.
-fn one_factor(report: &Report, mean: f64) -> Option<f64> {
-    let factor = 1.0 / report.density_error.refit_interior - 1.0;
+/// The factor on all densities, less 1, that is most of a density error of `mean`, where the interior, if there is one, has this common one.
+fn one_factor(of_interior: Option<f64>, mean: f64) -> Option<f64> {
+    let factor = 1.0 / of_interior? - 1.0;
     let is_most = (factor.abs() - mean).abs() < MOSTLY_ONE_FACTOR * mean;
-    (report.density_error.interior.is_some() && is_most).then_some(factor)
+    is_most.then_some(factor)
+}
+
+/// On the mean deviation from the target as the kernel sees it, with the common factor of the interior.
+fn density_as_seen(mean: f64, of_interior: Option<f64>, more: &str) -> (Grade, String) {
+    let (mut graded, mut text) = density(mean);
+    let factor = one_factor(of_interior, mean);
+    if graded != Grade::Good {
+        text.push_str(&density_remedy(factor, more));
+    }
+    if graded == Grade::Look && factor.is_some_and(|factor| factor.abs() <= BIAS) {
+        graded = Grade::Good;
+    }
+    (graded, text)
 }
 
 /// What places mass and density better, as far as it has not been done.
@@ -260,21 +272,63 @@ fn total_mass(known: f64) -> Option<(Grade, String)> {
     (!(known <= WELL_KNOWN)).then(|| (grade(known, WELL_KNOWN, HARDLY_KNOWN), text))
 }
 
-/// The verdict on particles of which no more is known than this: where their mass is, the mean deviation of the density, and the closest two.
-pub fn verdict_on_few(
-    ledger: &LedgerFigures,
-    (mean, closest_pair, kernel): (f64, f64, &str),
-    mass: &MassReport,
-) -> Vec<Finding> {
-    let in_place = (!ledger.levels.is_empty()).then(|| mass_in_place(ledger.in_place, "more particles"));
-    let of = |topic: Topic, (grade, text): (Grade, String)| Finding::new(grade, topic, text);
+/// What is known of particles that were placed block by block.
+pub struct Few<'a> {
+    pub ledger: &'a LedgerFigures,
+    /// Mean deviation from the target as the kernel sees it, and the common factor on the densities of the interior, if there is one.
+    pub mean: f64,
+    pub of_interior: Option<f64>,
+    /// The figure that a tolerance bounds.
+    pub epsilon: f64,
+    pub closest_pair: f64,
+    pub kernel: &'a str,
+    pub mass: &'a MassReport,
+    pub atmosphere: Option<Cut>,
+    pub stop: StopReason,
+    pub tolerance: Option<f64>,
+    pub warnings: &'a [String],
+}
+
+/// The verdict on particles of which no more is known than this.
+pub fn verdict_on_few(few: &Few<'_>) -> Vec<Finding> {
+    let more = "more particles";
+    let in_place = (!few.ledger.levels.is_empty()).then(|| mass_in_place(few.ledger.in_place, more));
+    let of = |topic: Topic| move |(grade, text): (Grade, String)| Finding::new(grade, topic, text);
     let all = [
-        in_place.map(|said| of(Topic::MassInPlace, said)),
-        Some(of(Topic::Density, density(mean))),
-        Some(of(Topic::Pairs, pairs(closest_pair, kernel))),
-        total_mass(mass.quadrature_error).map(|said| of(Topic::TotalMass, said)),
+        in_place.map(of(Topic::MassInPlace)),
+        Some(density_as_seen(few.mean, few.of_interior, more)).map(of(Topic::Density)),
+        Some(pairs(few.closest_pair, few.kernel)).map(of(Topic::Pairs)),
+        total_mass(few.mass.quadrature_error).map(of(Topic::TotalMass)),
+        few.atmosphere.as_ref().map(atmosphere).map(of(Topic::Atmosphere)),
+        end(few.stop, few.tolerance, few.epsilon).map(of(Topic::End)),
+        warned(few.warnings),
     ];
     all.into_iter().flatten().collect()
+}
+
+/// On what was cut of an atmosphere.
+fn atmosphere(cut: &Cut) -> (Grade, String) {
+    let text = format!(
+        "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach \
+         farther out, and `input.atmosphere: keep` cuts nothing",
+        cut.share, cut.radius
+    );
+    (grade(cut.share, 1e-3, 0.05), text)
+}
+
+/// On how it ended, where that was not with all that was asked for; `reached` is the epsilon that was measured.
+fn end(stop: StopReason, tolerance: Option<f64>, reached: f64) -> Option<(Grade, String)> {
+    match stop {
+        StopReason::Interrupted | StopReason::TimeLimit => {
+            Some((Grade::Look, "it stopped early; a longer run converges further".into()))
+        }
+        StopReason::ToleranceReached => None,
+        stop => tolerance.map(|tolerance| {
+            let text =
+                format!("epsilon is {reached:.2e} as measured, the tolerance {tolerance:.2e} ({})", ending(stop));
+            (Grade::Bad, text)
+        }),
+    }
 }
 
 /// The verdict on a report.
@@ -304,13 +358,8 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         say(grade(shift, LITTLE_SHIFT, MUCH_SHIFT), Topic::MassInPlace, text);
     }
     let error = report.density_error.smoothed.unwrap_or(report.density_error.all);
-    let (mut graded, mut text) = density(error.mean);
-    if graded != Grade::Good {
-        text.push_str(&density_remedy(report, error.mean));
-    }
-    if graded == Grade::Look && one_factor(report, error.mean).is_some_and(|factor| factor.abs() <= BIAS) {
-        graded = Grade::Good;
-    }
+    let of_interior = report.density_error.interior.map(|_| report.density_error.refit_interior);
+    let (graded, text) = density_as_seen(error.mean, of_interior, more(report));
     say(graded, Topic::Density, text);
     if let Some(off) = report.renewed {
         let (graded, mut text) = density(off);
@@ -417,35 +466,31 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     if let Some((grade, text)) = total_mass(report.mass.quadrature_error) {
         say(grade, Topic::TotalMass, text);
     }
-    if let Some(cut) = &report.atmosphere {
-        say(
-            grade(cut.share, 1e-3, 0.05),
-            Topic::Atmosphere,
-            format!(
-                "{:.2e} of the mass, beyond {:.4} of the radius, is left out (1e-3 is good); more particles reach \
-                 farther out, and `input.atmosphere: keep` cuts nothing",
-                cut.share, cut.radius
-            ),
-        );
+    if let Some((grade, text)) = report.atmosphere.as_ref().map(atmosphere) {
+        say(grade, Topic::Atmosphere, text);
     }
     all.extend(report.snapshot.iter().flat_map(of_snapshot));
-    let mut say = |grade, topic: Topic, text: String| all.push(Finding::new(grade, topic, text));
-    match report.stop {
-        StopReason::Interrupted | StopReason::TimeLimit => {
-            say(Grade::Look, Topic::End, "it stopped early; a longer run converges further".into());
-        }
-        StopReason::ToleranceReached => {}
-        stop => {
-            if let Some(tolerance) = report.tolerance {
-                let reached = report.density_error.stated().epsilon;
-                let text =
-                    format!("epsilon is {reached:.2e} as measured, the tolerance {tolerance:.2e} ({})", ending(stop));
-                say(Grade::Bad, Topic::End, text);
-            }
-        }
-    }
+    let reached = report.density_error.stated().epsilon;
+    let of_end = end(report.stop, report.tolerance, reached);
+    all.extend(of_end.map(|(grade, text)| Finding::new(grade, Topic::End, text)));
     all.extend(warned(&report.warnings));
     all
+}
+
+/// On what the code that a file is for will not make of it as the scene means it: how many things it stops at, and with how many it goes on.
+pub fn of_code(stops: usize, others: usize) -> Option<Finding> {
+    let see = |count: usize| {
+        if count == 1 { "the note on it says what it is".into() } else { format!("{count} notes say what they are") }
+    };
+    match (stops, others) {
+        (0, 0) => None,
+        (0, _) => Some(Finding::new(
+            Grade::Look,
+            Topic::Code,
+            format!("it does not do all that the scene means; {}", see(others)),
+        )),
+        _ => Some(Finding::new(Grade::Bad, Topic::Code, format!("it stops at this file; {}", see(stops + others)))),
+    }
 }
 
 fn warned(warnings: &[String]) -> Option<Finding> {

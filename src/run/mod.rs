@@ -35,6 +35,7 @@ pub mod plan;
 pub mod rank_forecast;
 pub mod ranks;
 mod refining;
+pub mod remarks;
 mod renewed;
 pub mod replicate;
 pub mod report;

@@ -4,7 +4,6 @@ use super::destination::{Destination, intended_format, refuse_box, refuse_what_t
 use super::plan::{Held, Plan};
 use super::stages::check_neighbors;
 use super::streamed::Read;
-use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::ingest::RawInput;
 use crate::input::internal_units::Prepared;
@@ -113,15 +112,4 @@ impl Parts {
         refuse_box(scene, Some(format), (&prepared, None), &units.to_input())?;
         Ok(prepared)
     }
-}
-
-/// What there is to note of the code that particles are for.
-pub(super) fn notes_on_code<const D: usize>(scene: &Scene, format: &FormatSpec) -> Vec<String> {
-    let (kernel, neighbors) = (scene.kernel(), scene.kernel_neighbors(D));
-    let pairing = scene.code().and_then(|code| code.pairing(D));
-    let made_for = match scene.code() {
-        Some(code) => Some(format!("made for {}", code.describe(D))),
-        None => TargetCode::of_format(format.name).and_then(|code| code.mismatch(kernel, D, neighbors)),
-    };
-    pairing.into_iter().chain(made_for).collect()
 }

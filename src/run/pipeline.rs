@@ -13,19 +13,18 @@ use super::forecast::{self, Forecast};
 use super::grading::verdict as verdict_on;
 use super::plan::{Held, Plan};
 use super::refining::{Refining, refines_a_snapshot};
+use super::remarks::Remarks;
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
-use super::variables::{lost, magnetic_units, variables};
 use super::verdict::as_measured;
 use super::{doubts, dust, layer, memory, settling};
-use crate::codes::TargetCode;
 use crate::error::{Error, Result};
 use crate::input::collisionless;
 use crate::input::displacement::{Displaced, Displacement};
 use crate::input::hydrostatics::{Doubt, Hydrostatics};
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
-use crate::input::stated_units::{self, Stated};
+use crate::input::stated_units;
 use crate::input::surroundings;
 use crate::input::units::RunUnits;
 #[cfg(feature = "plots")]
@@ -145,12 +144,9 @@ fn done(
     let start = Instant::now();
     control.tell(Event::Begin(Step::Read));
     let raw = ingest::read(scene, formats)?;
-    let Stated { input, mut notes, doubts } = stated_units::units(scene, &raw)?;
+    let (input, told) = Remarks::of_input(stated_units::units(scene, &raw)?, &raw);
     let units = RunUnits::new(scene, input)?;
     scene.check_units(&units.to_input())?;
-    if let Some(field) = raw.field() {
-        notes.extend(field.notes.iter().cloned());
-    }
     let dimension = ingest::dimension(scene, &raw)?;
     if let Some(format) = format {
         refuse_what_the_format_cannot_hold(scene, format, dimension)?;
@@ -165,8 +161,7 @@ fn done(
         start,
         timing: Vec::new(),
         expected: Vec::new(),
-        notes,
-        warnings: doubts,
+        told,
         is_dry,
         around,
         own_units: None,
@@ -205,7 +200,8 @@ pub fn run_as(scene: &Scene, formats: &[FormatSpec], control: &Control<'_>, comm
     let mut physics = Physics::of(scene, report.mass.total_cgs.is_some());
     physics.in_field |= report.in_field;
     physics.of_snapshot = report.snapshot.is_some();
-    report.notes.extend(destination.write(&written, formats, (&file, &Drawing::of(&report)), physics)?);
+    let written = destination.write(&written, formats, (&file, &Drawing::of(&report)), physics)?;
+    written.tell(&mut report.notes, &mut report.verdict);
     report.timing.push(Timing { step: Step::Write.name(), seconds: lap.elapsed().as_secs_f64(), epsilon: None });
     report.notes.extend(remove_checkpoint(scene, report.stop));
     report.seconds = start.elapsed().as_secs_f64();
@@ -224,8 +220,7 @@ struct Run<'a> {
     start: Instant,
     timing: Vec<Timing>,
     expected: Vec<Expected>,
-    notes: Vec<String>,
-    warnings: Vec<String>,
+    told: Remarks,
     /// Whether to end before particles are placed.
     is_dry: bool,
     /// Bodies that take their place of what is placed.
@@ -255,20 +250,16 @@ impl Run<'_> {
         self.own_units = refining.as_ref().map(Refining::units);
         let count = refining.as_ref().map_or(self.scene.particles.unwrap_or(DEFAULT_PARTICLES), Refining::count);
         let mut prepared = Prepared::<D>::new(self.scene, self.formats, (raw, &self.units), count)?;
-        self.notes.extend(surroundings::attach(self.scene, self.formats, &mut prepared, &self.units)?);
+        self.told.notes.extend(surroundings::attach(self.scene, self.formats, &mut prepared, &self.units)?);
         let others: &[Species] = prepared.of_snapshot.as_ref().map_or(&[], |s| s.others.as_slice());
         refuse_other_types(self.format, others)?;
         collisionless::refuse_taken_type(self.scene, others)?;
-        // What is said of a snapshot's field is not of particles that stay.
-        self.notes.extend(prepared.notes.iter().filter(|_| !self.scene.input.keeps_particles()).cloned());
         let around = self.around.map(|o| Carving::new(o, &prepared, &self.units, self.formats)).transpose()?;
         let count = around.as_ref().map_or(count, Carving::whole);
         doubts::refuse_places_without_particles(&prepared.target())?;
         let regions = prepared.target().find_regions(self.scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
-        if let Some(told) = doubts::left_out(regions.as_ref(), count) {
-            told.among(&mut self.warnings, &mut self.notes);
-        }
+        self.told.of_regions(regions.as_ref(), count);
         let target = refining.as_ref().map_or(target, |r| r.target(target));
         let target = around.as_ref().map_or(target, |a| a.target(target));
         self.lap(Step::Interpolate, lap, None);
@@ -284,7 +275,7 @@ impl Run<'_> {
         let mut plan = Plan::new(self.scene, &target, prepared.source.radial.is_some(), &held);
         refining.iter().for_each(|r| r.change(&mut plan, self.scene));
         if let Some(h) = hydrostatics.as_ref().filter(|_| plan.stages.contains(&BALANCE)) {
-            self.notes.extend(h.notes());
+            self.told.notes.extend(h.notes());
         }
         memory::check(count, &plan.stages)?;
         let cost = Cost {
@@ -298,16 +289,14 @@ impl Run<'_> {
             self.control.tell(Event::Expect { step, seconds: *seconds });
         }
         doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
-        self.notes.extend(doubts::unused(self.scene).into_iter().chain(doubts::unused_of_input(self.scene, &prepared)));
-        self.warnings.extend(prepared.doubts.iter().cloned());
-        self.warnings.extend(doubts::before(self.scene, &prepared, count));
-        self.warnings.extend(refining.as_ref().and_then(Refining::doubt));
+        self.told.of_target(self.scene, &prepared, count);
+        self.told.warnings.extend(refining.as_ref().and_then(Refining::doubt));
         let walls = Walls::new(self.scene, self.formats, &prepared, &self.units.to_input())?;
-        self.warnings.extend(walls.as_ref().and_then(|w| w.doubt(&prepared.source.domain)));
-        self.warnings.extend(walls.as_ref().and_then(|w| w.unknown_to(self.scene.code())));
+        self.told.warnings.extend(walls.as_ref().and_then(|w| w.doubt(&prepared.source.domain)));
+        self.told.warnings.extend(walls.as_ref().and_then(|w| w.unknown_to(self.scene.code())));
         refuse_box(self.scene, self.format, (&prepared, walls.as_ref()), &self.units.to_input())?;
         let displacement = Displacement::new(self.scene, &prepared, &self.units.to_input())?;
-        self.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
+        self.told.notes.extend(displacement.iter().flat_map(|d| d.notes().iter().cloned()));
         self.check()?;
         if self.is_dry {
             return Ok(Done::Foreseen(Box::new(self.foreseen(&prepared, plan, (count, cost.slowness)))));
@@ -350,8 +339,8 @@ impl Run<'_> {
             seconds_so_far: self.start.elapsed().as_secs_f64(),
             memory: memory::total(),
             beside: memory::beside(&prepared.target()),
-            warnings: self.warnings,
-            notes: self.notes,
+            warnings: self.told.warnings,
+            notes: self.told.notes,
         }
     }
 
@@ -366,7 +355,7 @@ impl Run<'_> {
         let Placed { particles, stages, timing, notes, stop } = placed;
         let Particles { mut positions, masses, internal_energy } = particles;
         self.timing.extend(timing);
-        self.notes.extend(notes);
+        self.told.notes.extend(notes);
         let lap = Instant::now();
         self.control.tell(Event::Begin(Step::Measure));
         let (kernel, neighbors) = (self.scene.kernel(), self.scene.kernel_neighbors(D));
@@ -408,28 +397,24 @@ impl Run<'_> {
             });
         }
         self.lap(Step::Measure, lap, Some(density_error.all_refitted.epsilon));
-        let stop = as_measured(self.scene, stop, &density_error);
-        self.notes.extend(self.scene.code().and_then(|code| code.pairing(D)));
+        let stop = as_measured(self.scene, stop, density_error.stated().epsilon);
+        self.told.of_code::<D>(self.scene, self.format);
         let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());
-        self.notes.extend(self.scene.code().filter(|_| is_solid).and_then(|code| code.pairing_of_solids(D)));
-        self.notes.extend(match self.scene.code() {
-            Some(code) => Some(format!("made for {}", code.describe(D))),
-            None => self.format.and_then(|f| TargetCode::of_format(f.name)?.mismatch(kernel, D, neighbors)),
-        });
+        self.told.notes.extend(self.scene.code().filter(|_| is_solid).and_then(|code| code.pairing_of_solids(D)));
         let (units, note) = match self.own_units {
             Some(units) => (units, None),
             None => output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?,
         };
-        self.notes.extend(note);
+        self.told.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
         let mass = MassReport::new(&masses, &target.masses(&positions), &prepared.mass, (&factors, known));
-        self.warnings.extend(doubts::after(target, &positions));
-        self.warnings.extend(doubts::unrefined(prepared.refinement.as_ref(), &positions));
+        self.told.warnings.extend(doubts::after(target, &positions));
+        self.told.warnings.extend(doubts::unrefined(prepared.refinement.as_ref(), &positions));
         let mut displaced = self.displaced(target.domain, displacement, &positions, &mut plan)?;
         if displaced.is_none() {
             displaced = layer::stretched(self.scene, prepared, target, (&positions, &masses, &support));
-            self.notes.extend(displaced.iter().map(|d| d.note.clone()));
+            self.told.notes.extend(displaced.iter().map(|d| d.note.clone()));
         }
         let (support, density) = match &displaced {
             None => (support, density),
@@ -438,12 +423,12 @@ impl Run<'_> {
         let energy = self.scene.certify_at_once().and_then(|_| internal_energy.clone());
         let is_stated = internal_energy.is_none() && self.scene.states_balanced_energies();
         let stated = hydrostatics.filter(|_| is_stated).map(|h| h.energies(&positions));
-        self.notes.extend(stated.as_ref().map(|_| ENERGIES_AS_STATED.to_owned()));
+        self.told.notes.extend(stated.as_ref().map(|_| ENERGIES_AS_STATED.to_owned()));
         let internal_energy = internal_energy.or(stated);
         let balanced = internal_energy.zip(hydrostatics).map(|(u, h)| (u, h.specific_energy));
         let drawn = collisionless::velocities(self.scene, prepared, (&positions, &masses), &self.units)?;
-        self.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));
-        self.warnings.extend(drawn.iter().flat_map(|d| d.warnings.iter().cloned()));
+        self.told.notes.extend(drawn.iter().flat_map(|d| d.notes.iter().cloned()));
+        self.told.warnings.extend(drawn.iter().flat_map(|d| d.warnings.iter().cloned()));
         let raw = RawColumns {
             drawn: drawn.as_ref(),
             positions: &positions,
@@ -475,17 +460,13 @@ impl Run<'_> {
         self.check()?;
         #[cfg(feature = "plots")]
         let seen = detail.map(|detail| self.seen(detail, prepared, (&factors, file.header.box_corner)));
-        self.notes.extend(notes);
-        self.warnings.extend(warnings);
-        self.notes.extend(magnetic_units(&file, self.format, &units));
+        self.told.notes.extend(notes);
+        self.told.warnings.extend(warnings);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
         if self.scene.collisionless.is_some() {
             plan.drop("pressure, temperature and internal energy", NO_GAS);
         }
-        let format = self.format.map(|f| (f.name, f.capabilities.columns));
-        let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, format);
-        self.warnings.extend(warnings);
-        self.warnings.extend(format.into_iter().flat_map(|format| lost(&file, &variables, format)));
+        let variables = self.told.of_file(prepared, &file, self.format);
         let output = self.scene.output.file.as_ref();
         let mut report = Report {
             input: self.scene.input_name(),
@@ -520,8 +501,8 @@ impl Run<'_> {
             atmosphere: prepared.cut,
             snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport::new(s, &file.species[0].table, conserved)),
             verdict: Vec::new(),
-            warnings: self.warnings,
-            notes: self.notes,
+            warnings: self.told.warnings,
+            notes: self.told.notes,
             #[cfg(feature = "plots")]
             seen,
         };
@@ -540,7 +521,7 @@ impl Run<'_> {
         let Some(displacement) = displacement else { return Ok(None) };
         let discards = self.scene.discards_interrupted();
         let displaced = displacement.displaced(domain, positions, &|| discards && self.control.is_interrupted())?;
-        self.notes.push(displaced.note.clone());
+        self.told.notes.push(displaced.note.clone());
         plan.drop("relaxation after the displacement", "it would undo the displacement");
         Ok(Some(displaced))
     }

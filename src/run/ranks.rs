@@ -6,16 +6,16 @@
 //! particles; for a given number of ranks they are the same for any number of threads, and whether ranks are processes or threads.
 
 use super::checkpoint::remove_checkpoint;
-use super::destination::write_rows;
+use super::destination::{Written, write_rows};
 use super::duration::{self, Cost, Expected};
 use super::gathered::{Gathered, agreed, share_of};
 use super::grading::verdict as verdict_on;
-use super::parts::{Parts, notes_on_code};
+use super::parts::Parts;
 use super::plan::Plan;
+use super::remarks::Remarks;
 use super::report::{MassReport, Report, Timing};
 use super::stages::{Past, Placed, Setting};
-use super::streamed::Read;
-use super::variables::{lost, magnetic_units, variables};
+use super::streamed::{Read, some_of};
 use super::verdict::as_measured;
 use super::{doubts, memory};
 use crate::error::{Error, Result};
@@ -61,12 +61,12 @@ pub fn run_on_ranks(
         units: begun.0.units,
         start,
         timing: Vec::new(),
-        notes: told(scene, exchange),
-        warnings: Vec::new(),
+        told: begun.0.told,
     };
+    run.told.notes.push(parts_of(scene, exchange));
     run.lap(Step::Read, start, None);
     let (dimension, raw) = (begun.0.dimension, begun.0.raw);
-    let read = Read { raw, units: run.units, dimension };
+    let read = Read { raw, units: run.units, dimension, told: Remarks::default() };
     let (file, mut report) = match dimension {
         1 => run.in_dimension::<1>(read),
         2 => run.in_dimension::<2>(read),
@@ -74,7 +74,9 @@ pub fn run_on_ranks(
     }?;
     let lap = Instant::now();
     control.tell(Event::Begin(Step::Write));
-    report.notes.extend(write(scene, formats, begun.1, (exchange, &file))?);
+    let has_units = report.mass.total_cgs.is_some();
+    let written = write((scene, has_units), formats, begun.1, (exchange, &file))?;
+    written.into_iter().for_each(|written| written.tell(&mut report.notes, &mut report.verdict));
     if exchange.rank() == 0 {
         report.notes.extend(remove_checkpoint(scene, report.stop));
     }
@@ -104,14 +106,14 @@ pub(super) fn refuse_few(particles: usize, ranks: usize) -> Result<()> {
     Ok(())
 }
 
-fn told(scene: &Scene, exchange: &dyn Exchange) -> Vec<String> {
+fn parts_of(scene: &Scene, exchange: &dyn Exchange) -> String {
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
     let ranks = exchange.ranks();
     let here = exchange.on_this_machine();
-    vec![format!(
+    format!(
         "placed over {ranks} ranks, {here} of them on the first one's machine, of {} particles each at most",
         count.div_ceil(ranks)
-    )]
+    )
 }
 
 /// A run under way on one rank.
@@ -124,8 +126,7 @@ struct Run<'a> {
     units: RunUnits,
     start: Instant,
     timing: Vec<Timing>,
-    notes: Vec<String>,
-    warnings: Vec<String>,
+    told: Remarks,
 }
 
 impl<'a> Run<'a> {
@@ -144,20 +145,18 @@ impl<'a> Run<'a> {
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = agreed(exchange, self.prepared::<D>(raw, count))?;
-        self.notes.extend(prepared.notes.iter().cloned());
         doubts::refuse_domain(scene, &prepared.source.domain, count)?;
         doubts::refuse_places_without_particles(&prepared.target())?;
-        self.warnings.extend(prepared.doubts.iter().cloned());
-        self.warnings.extend(doubts::before(scene, &prepared, count));
+        self.told.of_target(scene, &prepared, count);
         let regions = prepared.target().find_regions(scene.region_contrast);
         let target = prepared.target().with_regions(regions.as_ref());
-        if let Some(told) = doubts::left_out(regions.as_ref(), count) {
-            told.among(&mut self.warnings, &mut self.notes);
-        }
+        self.told.of_regions(regions.as_ref(), count);
         self.lap(Step::Interpolate, lap, None);
         let (scene, mut plan) = RANKS.planned(scene, (&prepared, &target), exchange.ranks());
         let mut run = Run { scene: &scene, ..self };
         plan.drop("parts of the force noise", "they are not measured over several ranks");
+        let seeds = Blockwise::new(&target, plan.seeding, scene.seed)?;
+        run.told.warnings.extend(doubts::after(&target, &agreed(exchange, some_of(&seeds, count))?));
         let here = (exchange.on_this_machine(), exchange.ranks());
         agreed(exchange, memory::check_among(count, &plan.stages, here))?;
         let expected = run.expected(&plan, &target);
@@ -196,7 +195,7 @@ impl<'a> Run<'a> {
         };
         let placed = Setting::new(self.scene, *target, None, self.control).over(exchange).place_from(plan, seeds)?;
         self.timing.extend(placed.timing.iter().cloned());
-        self.notes.extend(placed.notes.iter().cloned());
+        self.told.notes.extend(placed.notes.iter().cloned());
         Ok(placed)
     }
 
@@ -228,11 +227,11 @@ impl<'a> Run<'a> {
         if scene.discards_interrupted() {
             self.check()?;
         }
-        let stop = as_measured(scene, stop, &error);
-        self.notes.extend(notes_on_code::<D>(scene, self.format));
+        let stop = as_measured(scene, stop, error.stated().epsilon);
+        self.told.of_code::<D>(scene, Some(self.format));
         let (units, note) =
             agreed(exchange, output_units(scene.output.units.as_deref(), self.units.input, prepared.mass.value, D))?;
-        self.notes.extend(note);
+        self.told.notes.extend(note);
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
         let mass = MassReport::among(exchange, &outcome.masses, &asked, &prepared.mass, (&factors, known));
@@ -257,14 +256,10 @@ impl<'a> Run<'a> {
         };
         let made = particle_file(scene, prepared, raw, (units, &factors), None, &making);
         let Made { file, notes, warnings, left_out, .. } = agreed(exchange, made)?;
-        self.notes.extend(notes);
-        self.warnings.extend(warnings);
-        self.notes.extend(magnetic_units(&file, Some(self.format), &units));
+        self.told.notes.extend(notes);
+        self.told.warnings.extend(warnings);
         left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
-        let format = (self.format.name, self.format.capabilities.columns);
-        let (variables, warnings) = variables(&prepared.variables, &file.species[0].table, Some(format));
-        self.warnings.extend(warnings);
-        self.warnings.extend(lost(&file, &variables, format));
+        let variables = self.told.of_file(prepared, &file, Some(self.format));
         let mut report = Report {
             input: scene.input_name(),
             output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
@@ -298,8 +293,8 @@ impl<'a> Run<'a> {
             atmosphere: prepared.cut,
             snapshot: None,
             verdict: Vec::new(),
-            warnings: self.warnings,
-            notes: self.notes,
+            warnings: self.told.warnings,
+            notes: self.told.notes,
             #[cfg(feature = "plots")]
             seen: None,
         };
@@ -308,13 +303,13 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Writes the particles of all ranks from the first; returns what there is to note.
+/// Writes the particles of all ranks from the first, which knows what there is to say of them.
 fn write(
-    scene: &Scene,
+    (scene, has_units): (&Scene, bool),
     formats: &[FormatSpec],
     format: &FormatSpec,
     (exchange, file): (&dyn Exchange, &ParticleFile),
-) -> Result<Vec<String>> {
+) -> Result<Option<Written>> {
     let Some(path) = scene.output.file.as_deref() else {
         return Err(Error::scene("output.file", "is missing (--out FILE)"));
     };
@@ -323,12 +318,12 @@ fn write(
     agreed(exchange, file.meaningless().map_or(Ok(()), |problem| Err(refuse(problem))))?;
     let gathered = agreed(exchange, Gathered::new(exchange, file))?;
     let written = if exchange.rank() == 0 {
-        let written = write_rows(scene, formats, (format, path), &gathered);
+        let written = write_rows(scene, formats, (format, path), (&gathered, has_units)).map(Some);
         gathered.done();
         written
     } else {
         gathered.serve();
-        Ok(Vec::new())
+        Ok(None)
     };
     agreed(exchange, written)
 }

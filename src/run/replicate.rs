@@ -1,9 +1,9 @@
 //! A relaxed periodic box, repeated along its axes and, if there is a target, mapped to it by mass coordinates ([`crate::seeding::MassMap`]).
 //! This gives more particles than could be relaxed at once, with the noise of the box. Only the box and a few blocks are in memory.
 
-use super::streamed::{self, Places, Read, Streamed};
+use super::remarks::Remarks;
+use super::streamed::{Places, Read, Streamed, prepare};
 use crate::error::{Error, Result};
-use crate::input::internal_units::Prepared;
 use crate::input::particles::is_zero;
 use crate::scene::Scene;
 use crate::seeding::MassMap;
@@ -311,7 +311,7 @@ pub fn mapped<R>(
     scene: &Scene,
     formats: &[FormatSpec],
     format: Option<&FormatSpec>,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>) -> Result<R>,
+    with: impl FnOnce(&dyn ParticleStream, Remarks) -> Result<R>,
 ) -> Result<R> {
     let read = Read::new(scene, formats)?;
     if read.dimension != repeated.tile.header.dimension {
@@ -332,18 +332,25 @@ fn mapped_in<const D: usize, R>(
     repeated: &Repeated,
     scene: &Scene,
     (formats, format): (&[FormatSpec], Option<&FormatSpec>),
-    Read { raw, units, .. }: Read,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>) -> Result<R>,
+    Read { raw, units, mut told, .. }: Read,
+    with: impl FnOnce(&dyn ParticleStream, Remarks) -> Result<R>,
 ) -> Result<R> {
-    // Where an atmosphere is cut depends on how many particles there are, which follows from the domain.
     let all: usize = repeated.counts().iter().sum();
-    let prepared = Prepared::<D>::new(scene, formats, (raw, &units), all)?;
-    let tiles = Tiles::new(repeated, &prepared.source.domain)?;
+    let mut prepared = prepare::<D>(scene, formats, (raw, &units), all)?;
+    let mut tiles = Tiles::new(repeated, &prepared.source.domain)?;
+    let count = tiles.count();
+    if count != all && prepared.source.radial.is_some() {
+        // Where an atmosphere is cut depends on how many particles there are, which follows from the domain.
+        prepared = prepare::<D>(scene, formats, (Read::new(scene, formats)?.raw, &units), count)?;
+        tiles = Tiles::new(repeated, &prepared.source.domain)?;
+    }
     let target: Target<'_, D> = prepared.target().with_count(tiles.count());
     let mapped = Mapped { tiles: &tiles, map: MassMap::new(&target, "replicate")?.tabulated() };
     let stream = Streamed::new(scene, (&prepared, units), (target, &mapped), format, "Replicated")?;
-    let notes = tiles.notes().into_iter().chain(left_behind(&repeated.tile)).chain(stream.notes().iter().cloned());
-    with(&stream, notes.chain(streamed::undone(scene)).collect())
+    told.notes.extend(tiles.notes().into_iter().chain(left_behind(&repeated.tile)));
+    told.of_target(scene, &prepared, tiles.count());
+    stream.tell(&mut told, true, format)?;
+    with(&stream, told)
 }
 
 /// What a box brings of which nothing comes to the target: everything but its places that is not 0 throughout.

@@ -1,11 +1,10 @@
 //! Initial positions by mass bisection or on shells that are generated while they are written, in bounded memory: as one file, or as one of
 //! several files by each process of a job array, without communication between the processes.
 
-use super::doubts::{self, Told};
 use super::plan::{Held, Plan};
-use super::streamed::{self, Places, Read, Streamed};
+use super::remarks::Remarks;
+use super::streamed::{Places, Read, Streamed, prepare};
 use crate::error::Result;
-use crate::input::internal_units::Prepared;
 use crate::metrics::{PatchFigures, Patches};
 use crate::scene::{DEFAULT_PARTICLES, Scene};
 use crate::seeding::{Blockwise, Seeding};
@@ -25,7 +24,7 @@ const MEASURED: usize = 32;
 /// Measures seeded particles around some positions, which are spread over the particle numbers.
 pub type Measure<'a> = &'a dyn Fn() -> Result<Option<PatchFigures>>;
 
-/// Calls `with` with the initial positions of `scene`, with notes on them, and with a function that measures them. If the scene does not state a
+/// Calls `with` with the initial positions of `scene`, with what there is to say of them, and with a function that measures them. If the scene does not state a
 /// seeding, they are those that a run of it starts from if these can be made block by block, otherwise those of mass bisection.
 ///
 /// # Errors
@@ -34,7 +33,7 @@ pub fn seeds<R>(
     scene: &Scene,
     formats: &[FormatSpec],
     format: Option<&FormatSpec>,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>, Measure<'_>) -> Result<R>,
+    with: impl FnOnce(&dyn ParticleStream, Remarks, Measure<'_>) -> Result<R>,
 ) -> Result<R> {
     let read = Read::new(scene, formats)?;
     match read.dimension {
@@ -47,11 +46,11 @@ pub fn seeds<R>(
 fn seeds_in<const D: usize, R>(
     scene: &Scene,
     (formats, format): (&[FormatSpec], Option<&FormatSpec>),
-    Read { raw, units, .. }: Read,
-    with: impl FnOnce(&dyn ParticleStream, Vec<String>, Measure<'_>) -> Result<R>,
+    Read { raw, units, mut told, .. }: Read,
+    with: impl FnOnce(&dyn ParticleStream, Remarks, Measure<'_>) -> Result<R>,
 ) -> Result<R> {
     let count = scene.particles.unwrap_or(DEFAULT_PARTICLES);
-    let prepared = Prepared::<D>::new(scene, formats, (raw, &units), count)?;
+    let prepared = prepare::<D>(scene, formats, (raw, &units), count)?;
     let regions = prepared.target().find_regions(scene.region_contrast);
     let target = prepared.target().with_regions(regions.as_ref());
     let seeding = scene.seeding.unwrap_or_else(|| {
@@ -60,13 +59,10 @@ fn seeds_in<const D: usize, R>(
     });
     let seeds = Blockwise::new(&target, seeding, scene.seed)?;
     let stream = Streamed::new(scene, (&prepared, units), (target, &seeds), format, "Seeded")?;
-    let mut notes = stream.notes().to_vec();
-    notes.extend(streamed::undone(scene));
-    notes.extend(doubts::before(scene, &prepared, count));
-    notes.push(format!("the seeding is {}", seeding.method().name));
-    if let Some(Told::Doubt(text) | Told::Note(text)) = doubts::left_out(regions.as_ref(), count) {
-        notes.push(text);
-    }
+    told.of_target(scene, &prepared, count);
+    told.of_regions(regions.as_ref(), count);
+    stream.tell(&mut told, false, format)?;
+    told.notes.push(format!("the seeding is {}", seeding.method().name));
     let places = MEASURED.min(count);
     let measure = || {
         let mut patches = Patches::new(scene.kernel(), scene.kernel_neighbors(D));
@@ -75,5 +71,5 @@ fn seeds_in<const D: usize, R>(
         patches.add(&target, &middles, |asked| seeds.near(asked))?;
         Ok(patches.figures())
     };
-    with(&stream, notes, &measure)
+    with(&stream, told, &measure)
 }

@@ -2,22 +2,27 @@
 //!
 //! Where nothing has been summed `Density` is the target's at each place, `SupportRadius` the one that belongs to it.
 
+use super::destination::doubts_of_code;
+use super::doubts;
+use super::remarks::Remarks;
+use super::variables::VariableReport;
 use crate::error::{Error, Result};
 use crate::input::ingest::{self, RawInput};
 use crate::input::internal_units::Prepared;
 use crate::input::stated_units;
+use crate::input::totals::Totals;
 use crate::input::units::RunUnits;
 use crate::output::frame::{Factors, output_units};
 use crate::output::origin;
 use crate::output::others::Others;
-use crate::output::particle_file::{Making, RawColumns, particle_file};
-use crate::scene::{OriginInput, OriginName, Polish, Scene};
+use crate::output::particle_file::{Made, Making, RawColumns, particle_file};
+use crate::scene::{AfcInput, AlaricInput, OriginInput, OriginName, Polish, Scene, SolverInput, WvtInput};
 use crate::target::{Positions, Target, at};
 use sph::domain::Axis;
 use sph::kernel::support_over_spacing;
 use sph::parallel;
 use sph_formats::common::particle_names as names;
-use sph_formats::stream::TYPES;
+use sph_formats::stream::{TYPES, runs};
 use sph_formats::{Column, FormatError, FormatSpec, ParticleStream, ParticleTable, RunHeader, UnitSystem, Values};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -42,6 +47,7 @@ pub(crate) struct Read {
     pub raw: RawInput,
     pub units: RunUnits,
     pub dimension: usize,
+    pub told: Remarks,
 }
 
 impl Read {
@@ -83,16 +89,47 @@ impl Read {
         }
         let raw = ingest::read(scene, formats)?;
         let dimension = ingest::dimension(scene, &raw)?;
-        let units = RunUnits::new(scene, stated_units::units(scene, &raw)?.input)?;
-        Ok(Self { raw, units, dimension })
+        let (input, told) = Remarks::of_input(stated_units::units(scene, &raw)?, &raw);
+        let units = RunUnits::new(scene, input)?;
+        Ok(Self { raw, units, dimension, told })
     }
 }
 
-/// What the scene asks for that is not done to particles which are made block by block without being relaxed.
-pub(crate) fn undone(scene: &Scene) -> Option<String> {
+/// The source. What a snapshot has in all cannot be given to particles of which only some are known at a time.
+///
+/// # Errors
+/// Those of [`Prepared::new`].
+pub(crate) fn prepare<const D: usize>(
+    scene: &Scene,
+    formats: &[FormatSpec],
+    from: (RawInput, &RunUnits),
+    count: usize,
+) -> Result<Prepared<D>> {
+    let mut prepared = Prepared::<D>::new(scene, formats, from, count)?;
+    if let Some(snapshot) = &mut prepared.of_snapshot {
+        snapshot.totals = Totals::default();
+        let note =
+            "momentum, angular momentum and energy are those of the snapshot's fields, not brought to its totals";
+        prepared.notes.push(note.into());
+    }
+    Ok(prepared)
+}
+
+/// What the scene asks for that is not done to particles which are made block by block without being relaxed; how many there are of them may be
+/// `given` by something else.
+fn undone(scene: &Scene, given: bool) -> Option<String> {
     let asked = [
+        (given && scene.particles.is_some(), "particles"),
+        (given && scene.seeding.is_some(), "seeding"),
+        (given && scene.region_contrast.is_some(), "region_contrast"),
         (scene.polish.is_some_and(|polish| polish != Polish::None), "polish"),
+        (scene.wvt != WvtInput::default(), "wvt"),
+        (scene.solver != SolverInput::default(), "solver"),
+        (scene.alaric != AlaricInput::default(), "alaric"),
+        (scene.afc != AfcInput::default(), "afc"),
         (scene.tolerance.is_some(), "tolerance"),
+        (scene.time_limit.is_some(), "time_limit"),
+        (scene.checkpoint.file.is_some() || scene.checkpoint.resume.is_some(), "checkpoint"),
         (scene.balance.is_on(), "balance"),
         (scene.trim_masses.is_some(), "trim_masses"),
         (scene.settle.is_some(), "settle"),
@@ -103,9 +140,26 @@ pub(crate) fn undone(scene: &Scene) -> Option<String> {
     ];
     let asked: Vec<&str> = asked.iter().filter(|a| a.0).map(|a| a.1).collect();
     (!asked.is_empty()).then(|| {
-        format!("particles are placed and not relaxed: {} of the scene changes nothing here", asked.join(", "))
+        let as_many = if given { "as many particles as the box has are placed" } else { "particles are placed" };
+        format!("{as_many}, and not relaxed: what the scene says under {} changes nothing here", asked.join(", "))
     })
 }
+
+/// Places of some particles, spread evenly over their numbers.
+///
+/// # Errors
+/// Places that cannot be found.
+pub(crate) fn some_of<const D: usize>(places: &dyn Places<D>, count: usize) -> Result<Positions<D>> {
+    let mut some: Positions<D> = std::array::from_fn(|_| Vec::new());
+    for run in runs(count, LOOKED_AT) {
+        let more = places.positions(run)?;
+        some.iter_mut().zip(more).for_each(|(all, x)| all.extend(x));
+    }
+    Ok(some)
+}
+
+/// Particles that are looked at to know what there is to say of all.
+const LOOKED_AT: usize = 4096;
 
 /// The particles as a stream.
 pub(crate) struct Streamed<'a, const D: usize> {
@@ -122,7 +176,9 @@ pub(crate) struct Streamed<'a, const D: usize> {
     is_summed: bool,
     /// The first particle.
     first: ParticleTable,
-    notes: Vec<String>,
+    told: Remarks,
+    variables: Vec<VariableReport>,
+    left_out: Vec<(&'static str, &'static str)>,
 }
 
 impl<'a, const D: usize> Streamed<'a, D> {
@@ -172,37 +228,77 @@ impl<'a, const D: usize> Streamed<'a, D> {
             },
             is_summed: places.sums(0..1)?.is_some(),
             first: ParticleTable::default(),
-            notes: Vec::from_iter(note),
+            told: Remarks { notes: Vec::from_iter(note), warnings: Vec::new() },
+            variables: Vec::new(),
+            left_out: Vec::new(),
         };
-        let mut made = stream.made(0..1, true)?;
+        let mut first = stream.made(0..1, true)?.file;
         if !stream.is_summed {
-            made.file.header.provenance.retain(|(key, _)| key != "DensityDefinition");
-            made.file.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
+            first.header.provenance.retain(|(key, _)| key != "DensityDefinition");
+            first.header.provenance.push(("DensityDefinition".into(), "the target's at each particle".into()));
         }
-        stream.header = made.file.header;
-        stream.first = made.file.species.into_iter().next().map(|s| s.table).unwrap_or_default();
-        stream.notes.extend(prepared.notes.iter().cloned().chain(made.notes));
+        stream.header = first.header;
+        stream.first = first.species.into_iter().next().map(|s| s.table).unwrap_or_default();
+        stream.look_at_some(format)?;
         Ok(stream)
     }
 
-    /// The columns of the first particle.
-    pub(crate) fn first(&self) -> &ParticleTable {
-        &self.first
+    /// Finds what there is to say of the particles, by some of them.
+    fn look_at_some(&mut self, format: Option<&FormatSpec>) -> Result<()> {
+        let some = some_of(self.places, self.target.count)?;
+        self.told.warnings.extend(doubts::after(&self.target, &some));
+        let Made { file, notes, warnings, left_out, .. } = self.made_of(&some, None)?;
+        self.told.add(Remarks { notes, warnings });
+        self.variables = self.told.of_file(self.prepared, &file, format);
+        self.left_out = left_out;
+        Ok(())
     }
 
     /// What there is to say of the particles.
-    pub(crate) fn notes(&self) -> &[String] {
-        &self.notes
+    pub(crate) fn told(&self) -> &Remarks {
+        &self.told
+    }
+
+    /// Says what there is to say where nothing more is done to the particles, which have been seeded, or come from the copies of a box.
+    ///
+    /// # Errors
+    /// Rows that cannot be made.
+    pub(crate) fn tell(&self, told: &mut Remarks, is_of_box: bool, format: Option<&FormatSpec>) -> Result<()> {
+        told.add(self.told.clone());
+        told.notes.extend(self.left_out.iter().map(|(what, why)| format!("without {what}: {why}")));
+        told.notes.extend(undone(self.scene, is_of_box));
+        told.of_code::<D>(self.scene, format);
+        let has_units = self.units.0.input.is_some() && D == 3;
+        if let Some(format) = format {
+            let doubts = doubts_of_code(self.scene, format, (self, has_units))?;
+            told.warnings.extend(doubts.stops);
+            told.notes.extend(doubts.others);
+        }
+        Ok(())
+    }
+
+    /// What becomes of the input's variables.
+    pub(crate) fn variables(&self) -> &[VariableReport] {
+        &self.variables
+    }
+
+    /// What is not written, and why.
+    pub(crate) fn left_out(&self) -> &[(&'static str, &'static str)] {
+        &self.left_out
     }
 
     /// All columns of some particles; without `with_sums`, what was summed is not looked up, and the target's stands for it.
-    fn made(&self, rows: Range<usize>, with_sums: bool) -> Result<crate::output::particle_file::Made> {
+    fn made(&self, rows: Range<usize>, with_sums: bool) -> Result<Made> {
         let summed = if with_sums { self.places.sums(rows.clone())? } else { None };
-        let positions = self.places.positions(rows)?;
+        self.made_of(&self.places.positions(rows)?, summed)
+    }
+
+    /// All columns of particles at `positions`, with support radii and densities that were `summed` there, or the target's.
+    fn made_of(&self, positions: &Positions<D>, summed: Option<(Vec<f64>, Vec<f64>)>) -> Result<Made> {
         let n = positions[0].len();
-        let number = parallel::map(n, |i| self.target.number_density(&at(&positions, i)));
+        let number = parallel::map(n, |i| self.target.number_density(&at(positions, i)));
         if let Some(i) = number.iter().position(|v| !(*v > 0.0)) {
-            let place = at(&positions, i);
+            let place = at(positions, i);
             let problem =
                 format!("the target is zero at {place:?} in units of the domain's size, where a particle was placed");
             return Err(Error::Numeric { stage: "seed", problem });
@@ -216,7 +312,7 @@ impl<'a, const D: usize> Streamed<'a, D> {
         });
         let raw = RawColumns {
             drawn: None,
-            positions: &positions,
+            positions,
             masses: vec![mass; n],
             support,
             target_density,

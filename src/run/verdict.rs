@@ -1,7 +1,6 @@
 //! The verdict at the end of a report: which figures are good, which need attention, and what to do about them. Every line states its
 //! threshold.
 
-use crate::metrics::DensityError;
 use crate::relaxation::StopReason;
 use crate::scene::Scene;
 use serde::Serialize;
@@ -55,11 +54,12 @@ pub enum Topic {
     Atmosphere,
     Snapshot,
     End,
+    Code,
     Warnings,
 }
 
 impl Topic {
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::MassInPlace,
         Self::Density,
         Self::Pairs,
@@ -71,6 +71,7 @@ impl Topic {
         Self::Atmosphere,
         Self::Snapshot,
         Self::End,
+        Self::Code,
         Self::Warnings,
     ];
 
@@ -88,6 +89,7 @@ impl Topic {
             Self::Atmosphere => "atmosphere",
             Self::Snapshot => "snapshot",
             Self::End => "end",
+            Self::Code => "code",
             Self::Warnings => "warnings",
         }
     }
@@ -142,9 +144,9 @@ pub fn write_verdict(out: &mut String, worst: Grade, findings: &[Finding]) -> st
 }
 
 /// The report's measured error decides whether a tolerance was met, not the error that stages watch.
-pub(super) fn as_measured(scene: &Scene, stop: StopReason, measured: &DensityError) -> StopReason {
+pub(super) fn as_measured(scene: &Scene, stop: StopReason, epsilon: f64) -> StopReason {
     let Some(tolerance) = scene.tolerance.filter(|_| stop != StopReason::Interrupted) else { return stop };
-    match (measured.stated().epsilon <= tolerance, stop) {
+    match (epsilon <= tolerance, stop) {
         (true, _) => StopReason::ToleranceReached,
         (false, StopReason::ToleranceReached) => StopReason::ToleranceMissed,
         (false, _) => stop,

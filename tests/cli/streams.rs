@@ -66,6 +66,6 @@ fn what_the_scene_asks_of_its_output_that_streams_do_not_write_is_told() {
     let text = SCENE.replace("'1'", "'1 + x'") + "order: crystal\noutput: {report: page.html}\n";
     let scene = folder.file("scene.yaml", text).display().to_string();
     let outcome = succeed(&["seed", "--scene", &scene, "--dry-run"]);
-    assert!(outcome.stdout.contains("order, output.report of the scene changes nothing here"), "{outcome:?}");
+    assert!(outcome.stdout.contains("under order, output.report changes nothing here"), "{outcome:?}");
     assert!(outcome.stdout.contains("the box is periodic along x, but the density is not"), "{outcome:?}");
 }

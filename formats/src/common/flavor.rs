@@ -330,7 +330,7 @@ impl<'a> Job<'a> {
         let used = &self.header.box_size[..self.header.dimension];
         if let Some(edge) = used.iter().find(|&&l| !(l.is_finite() && l > 0.0)) {
             return Err(self.refuse(format!(
-                "the box has an edge of {edge}, expected positive lengths; state a box in the scene, or with --box"
+                "the box has an edge of {edge}, expected positive lengths; a scene has domain.box, and convert has --box"
             )));
         }
         let largest = used.iter().copied().fold(0.0, f64::max);
@@ -509,7 +509,8 @@ fn missing(rule: &Rule) -> String {
             names::SUPPORT_RADIUS
         ),
         Source::Column(names::INTERNAL_ENERGY) => format!(
-            "there is no column {}, which is compulsory for gas; carry it from the input or set thermal.internal_energy in the scene",
+            "there is no column {}, which is compulsory for gas; the input is to have it, or a scene, with thermal.internal_energy (and \
+             input.keep_particles for particles that stay as they are)",
             names::INTERNAL_ENERGY
         ),
         source => format!("there is no column {}, which is compulsory", source.column().unwrap_or(rule.name)),

@@ -1,7 +1,7 @@
 //! Joins the particles of a snapshot that is split over several files.
 
 use crate::error::{FormatError, Result};
-use crate::model::{Column, DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, RunHeader, Species, Values};
+use crate::model::{DOUBT_KEY, FILES_KEY, LACKS_KEY, ParticleFile, RunHeader, Species};
 use crate::particle_names as names;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -124,21 +124,8 @@ fn append_species(known: &mut Species, part: Species) -> std::result::Result<(),
                 format!("has {} components, but {} in the files before it", more.components, column.components);
             return Err((of_type(&column.name), problem));
         }
-        extend(column, &more.values);
+        column.values.extend(&more.values);
     }
     known.table.count += part.table.count;
     Ok(())
-}
-
-fn extend(column: &mut Column, more: &Values) {
-    match (&mut column.values, more) {
-        (Values::F32(all), Values::F32(more)) => all.extend_from_slice(more),
-        (Values::F64(all), Values::F64(more)) => all.extend_from_slice(more),
-        (Values::I64(all), Values::I64(more)) => all.extend_from_slice(more),
-        (all, more) => {
-            let mut wide = all.to_f64();
-            wide.extend((0..more.len()).map(|i| more.get(i)));
-            *all = Values::F64(wide);
-        }
-    }
 }

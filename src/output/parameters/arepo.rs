@@ -125,7 +125,7 @@ CellMaxAngleFactor 2.25
         let values = |name: &str| self.gas.column(name).map(|c| &c.values);
         let (masses, densities) = (values(names::MASSES)?, values(names::DENSITY)?);
         let filled: f64 = (0..self.gas.count).map(|i| masses.get(i) / densities.get(i)).sum();
-        let part = filled / self.edges().iter().product::<f64>();
+        let part = self.stands_for * filled / self.edges().iter().product::<f64>();
         let comes_of_it = match self.file.header.dimension {
             3 => "there is no mesh with a vacuum in it, and AREPO ends at its first steps",
             _ => "cells at its surface take in the rest, into which the gas spreads",

@@ -1,6 +1,6 @@
 //! Warnings about features of a scene that a code will not reproduce from its file.
 
-use super::facts::Facts;
+use super::facts::{Doubts, Facts};
 use crate::codes::{AS_PLANETARY, Contrast};
 use sph_formats::common::particle_names as names;
 
@@ -8,8 +8,8 @@ use sph_formats::common::particle_names as names;
 const IMAGES: f64 = 2.0;
 
 /// Each in a sentence, with the remedy where there is one.
-pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
-    let mut doubts = Vec::new();
+pub(super) fn doubts(facts: &Facts<'_>) -> Doubts {
+    let (mut stops, mut doubts) = (Vec::new(), Vec::new());
     let (header, title) = (&facts.file.header, facts.code.sheet.title);
     let periodic = &header.periodic[..header.dimension];
     let name = facts.code.sheet.name;
@@ -101,7 +101,7 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             }
             false => "may crash or hang at such contrasts",
         };
-        doubts.push(format!(
+        (if is_out_of_reach { &mut stops } else { &mut doubts }).push(format!(
             "masses of gas particles range from {least:e} to {most:e}, and {title} {what}; give all gas particles one \
              mass, or use more of them"
         ));
@@ -130,10 +130,14 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
         ));
     }
     match name {
-        "arepo" => doubts.extend(facts.arepo_doubt()),
+        // In two dimensions there is a mesh with a vacuum in it.
+        "arepo" => (if header.dimension == 3 { &mut stops } else { &mut doubts }).extend(facts.arepo_doubt()),
         "pysph" => doubts.extend(facts.pysph_doubts()),
         "dualsphysics" => doubts.extend(facts.dualsphysics_doubts()),
-        "swift" => doubts.extend(facts.swift_doubts()),
+        "swift" => {
+            stops.extend(facts.swift_stops());
+            doubts.extend(facts.swift_doubts());
+        }
         _ => doubts.extend(facts.too_few(IMAGES).map(|(reach, least, enough)| {
             format!(
                 "{title} pairs a particle with one image of another, but its kernels reach {reach:.3e} in a box whose shortest edge is {least:.3e}; \
@@ -141,5 +145,5 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Vec<String> {
             )
         })),
     }
-    doubts
+    Doubts { stops, others: doubts }
 }

@@ -44,6 +44,8 @@ pub(crate) struct Physics {
     has_grains: bool,
     /// The gas comes from a snapshot, which does not say what acts on it.
     pub of_snapshot: bool,
+    /// Gas particles that each one of the file stands for: 1, unless the file is but a sample.
+    pub stands_for: f64,
 }
 
 impl Physics {
@@ -58,6 +60,7 @@ impl Physics {
             in_field: scene.is_in_field(),
             has_grains: scene.has_grains(),
             of_snapshot: false,
+            stands_for: 1.0,
         }
     }
 }
@@ -69,6 +72,22 @@ pub(super) struct Gravity {
     pub constant: f64,
     /// What the code is to be told; none where it is the constant that it knows.
     pub stated: Option<f64>,
+}
+
+/// What a code will not make of a file as the scene means it, each in a sentence, with the remedy where there is one.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Doubts {
+    /// At which it stops.
+    pub stops: Vec<String>,
+    /// With which it goes on.
+    pub others: Vec<String>,
+}
+
+impl Doubts {
+    /// What to say of all of them.
+    pub fn texts(&self) -> impl Iterator<Item = &String> {
+        self.stops.iter().chain(&self.others)
+    }
 }
 
 /// What the files say.
@@ -94,6 +113,8 @@ pub(super) struct Facts<'a> {
     pub has_disc: bool,
     pub in_field: bool,
     pub has_grains: bool,
+    /// Gas particles that each of the file's stands for.
+    pub stands_for: f64,
     /// Dynamical time of a body that holds itself, else the time in which sound crosses the box, and which it is.
     pub time: f64,
     pub time_is: &'static str,
@@ -101,7 +122,7 @@ pub(super) struct Facts<'a> {
     /// Type of a point mass, and its Plummer-equivalent length.
     pub point: Option<(u8, f64)>,
     /// What the code will not make of the file as the scene means it.
-    pub doubts: Vec<String>,
+    pub doubts: Doubts,
 }
 
 /// Without its folder.
@@ -174,11 +195,12 @@ impl<'a> Facts<'a> {
             has_disc: physics.has_disc,
             in_field: physics.in_field,
             has_grains: physics.has_grains,
+            stands_for: physics.stands_for,
             time,
             time_is,
             softening: SOFTENING_OVER_SPACING * smallest,
             point: file.species.iter().find_map(softened),
-            doubts: Vec::new(),
+            doubts: Doubts::default(),
         })
     }
 
@@ -250,7 +272,7 @@ impl<'a> Facts<'a> {
         for line in lines.into_iter().chain(softening) {
             let _ = writeln!(text, "{comment} {line}");
         }
-        for doubt in &self.doubts {
+        for doubt in self.doubts.texts() {
             let _ = writeln!(text, "{comment} beware: {doubt}");
         }
         text
@@ -264,7 +286,8 @@ impl<'a> Facts<'a> {
         let least = self.edges().iter().copied().fold(f64::INFINITY, f64::min);
         let part = reaches * reach / least;
         let is_short = header.periodic.contains(&true) && part > 1.0 && part.is_finite();
-        is_short.then(|| (reach, least, (self.gas.count as f64 * part.powi(header.dimension as i32)).ceil()))
+        let count = self.gas.count as f64 * self.stands_for;
+        is_short.then(|| (reach, least, (count * part.powi(header.dimension as i32)).ceil()))
     }
 }
 

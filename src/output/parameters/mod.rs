@@ -13,9 +13,10 @@ mod swift;
 
 use crate::codes::TargetCode;
 use crate::error::{Error, Result};
-pub(crate) use facts::Physics;
+pub(crate) use facts::{Doubts, Physics};
 use facts::{Facts, WRITTEN_BY, prefix, stem};
-use sph_formats::ParticleFile;
+use sph_formats::stream::sampled;
+use sph_formats::{ParticleFile, ParticleStream};
 use std::path::{Path, PathBuf};
 
 /// What is beside the particles.
@@ -24,7 +25,7 @@ pub(crate) struct Beside {
     /// Each with its text: none is written.
     pub files: Vec<(PathBuf, String)>,
     /// What the code will not make of the file as the scene means it.
-    pub doubts: Vec<String>,
+    pub doubts: Doubts,
 }
 
 /// Where the files are to be, beside `path`; none for codes whose sheet knows none.
@@ -101,11 +102,25 @@ pub(crate) fn beside(
 
 /// What there is to be said of a file where no others are written beside it: what the code will not make of it as the scene means it. Nothing of one
 /// without gas.
-pub(crate) fn doubts_of(
+pub(crate) fn doubts_of(code: TargetCode, of: (&Path, Option<&str>), file: &ParticleFile, physics: Physics) -> Doubts {
+    Facts::new(code, of, file, physics).map_or_else(|_| Doubts::default(), |facts| doubts::doubts(&facts))
+}
+
+/// Particles of a type that are enough to say the same of many that are not held at once.
+const SAMPLED: usize = 4096;
+
+/// [`doubts_of`] particles that are made while they are written, by some of them.
+///
+/// # Errors
+/// Rows that cannot be made.
+pub(crate) fn doubts_of_stream(
     code: TargetCode,
     of: (&Path, Option<&str>),
-    file: &ParticleFile,
-    physics: Physics,
-) -> Vec<String> {
-    Facts::new(code, of, file, physics).map_or_else(|_| Vec::new(), |facts| doubts::doubts(&facts))
+    stream: &dyn ParticleStream,
+    mut physics: Physics,
+) -> Result<Doubts> {
+    let some = sampled(stream, SAMPLED)?;
+    let [all, held] = [stream.counts(), some.counts()].map(|counts| counts[0] as f64);
+    physics.stands_for = all / held.max(1.0);
+    Ok(doubts_of(code, of, &some, physics))
 }

@@ -256,7 +256,7 @@ InitialConditions:
         text
     }
 
-    /// What SWIFT would stop at, or take for something else.
+    /// What SWIFT would take for something else.
     pub(super) fn swift_doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         if let (Gas::Unknown, false) = (self.swift_gas(), AS_PLANETARY.contains(&self.code.scheme.name)) {
@@ -265,24 +265,26 @@ InitialConditions:
                 self.gamma()
             ));
         }
-        doubts.extend(self.swift_thin_box());
-        doubts.extend(self.swift_materials_to_provide());
+        let to_provide = |id: i64| {
+            let (name, table) = swift_material(id)?;
+            Some(format!(
+                "SWIFT reads the table of material {id} from EoS:planetary_{name}_table_file, here ./{}: put it there, or change the path",
+                table?
+            ))
+        };
+        doubts.extend(self.materials().into_iter().filter_map(to_provide));
         doubts.extend(self.file.species.iter().filter_map(|species| self.code.unread(species)));
         doubts
     }
 
-    /// Materials that SWIFT does not have by itself.
-    fn swift_materials_to_provide(&self) -> Vec<String> {
-        let told = |id: i64| match swift_material(id) {
-            Some((_, None)) => None,
-            Some((name, Some(table))) => Some(format!(
-                "SWIFT reads the table of material {id} from EoS:planetary_{name}_table_file, here ./{table}: put it there, or change the path"
-            )),
-            None => Some(format!(
+    /// What SWIFT would stop at.
+    pub(super) fn swift_stops(&self) -> Vec<String> {
+        let unknown = self.materials().into_iter().filter(|id| swift_material(*id).is_none()).map(|id| {
+            format!(
                 "no material of SWIFT has the number {id}: it stops, or computes nonsense; give the layer the `id` of one, 900 to 909 for your own tables"
-            )),
-        };
-        self.materials().into_iter().filter_map(told).collect()
+            )
+        });
+        self.swift_thin_box().into_iter().chain(unknown).collect()
     }
 
     /// A periodic box that is too thin for the kernels.

@@ -7,6 +7,7 @@
 //! where they are later than the file of the block that they are of, and their own block's file is there.
 
 use crate::error::{Error, Result};
+use crate::relaxation::StopReason;
 use crate::run::checkpoint::Origin;
 use crate::run::checkpoint_file::{self, payload, unreadable};
 use crate::run::gathered::share_of;
@@ -19,7 +20,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The first bytes of each file.
-const MARK: &[u8; 8] = b"SPHPREPT";
+const MARK: &[u8; 8] = b"SPHPREPU";
 /// Locked by the run that uses the folder.
 const LOCK: &str = "lock";
 
@@ -56,8 +57,9 @@ pub(super) struct Moved<const D: usize> {
 pub(super) struct Sums {
     pub support: Vec<f64>,
     pub density: Vec<f64>,
-    /// What the target has there, and as the kernel sees it, where particles aim at that; empty where not.
+    /// What the target has there, what particles aim at where that is another density, else empty, and the target as the kernel sees it.
     pub target: Vec<f64>,
+    pub aim: Vec<f64>,
     pub smoothed: Vec<f64>,
     /// Whether a particle can have that.
     pub interior: Vec<bool>,
@@ -75,6 +77,8 @@ pub(super) struct Sweep {
     pub left: f64,
     /// See [`BlockFigures::seams`](super::BlockFigures::seams).
     pub seams: Option<[f64; 2]>,
+    /// See [`BlockFigures::stated`](super::BlockFigures::stated).
+    pub epsilon: f64,
 }
 
 /// Deviation near seams over that elsewhere with which they are as good as the rest; the same of all particles now over what each block was left
@@ -84,16 +88,20 @@ const AS_LEFT: f64 = 1.1;
 const GAIN: f64 = 0.8;
 
 impl Sweep {
-    /// Whether there is to be another after these.
-    pub fn go_on(sweeps: &[Self]) -> bool {
-        let Some((last, before)) = sweeps.split_last() else { return true };
-        let Some([near, rest]) = last.seams else { return false };
-        let is_done = near <= AS_GOOD * rest && last.mean <= AS_LEFT * last.left;
+    /// Why there is to be no other after these, if there is none; what is asked for is an epsilon below `tolerance`, or all that seams cost.
+    pub fn end(sweeps: &[Self], tolerance: Option<f64>) -> Option<StopReason> {
+        let (last, before) = sweeps.split_last()?;
+        if tolerance.is_some_and(|tolerance| last.epsilon <= tolerance) {
+            return Some(StopReason::ToleranceReached);
+        }
+        let Some([near, rest]) = last.seams else { return Some(StopReason::Stagnated) };
+        let is_done = tolerance.is_none() && near <= AS_GOOD * rest && last.mean <= AS_LEFT * last.left;
         let gains = |before: &Self| {
             let there = before.seams.map_or(f64::INFINITY, |seams| seams[0]);
             last.mean < GAIN * before.mean || near < GAIN * there
         };
-        !is_done && before.last().is_none_or(gains)
+        let goes_on = !is_done && before.last().is_none_or(gains);
+        (!goes_on).then_some(StopReason::Stagnated)
     }
 }
 
@@ -383,13 +391,20 @@ mod tests {
 
     #[test]
     fn sweeps_go_on_while_seams_are_worse_and_gain() {
-        let sweep = |mean, [near, rest]: [f64; 2]| Sweep { mean, left: 2e-3, seams: Some([near, rest]) };
-        assert!(Sweep::go_on(&[]));
-        assert!(Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3])]));
-        assert!(!Sweep::go_on(&[sweep(2e-3, [2e-3, 2e-3])]));
-        assert!(Sweep::go_on(&[sweep(4e-3, [4e-3, 4e-3])]));
-        assert!(!Sweep::go_on(&[Sweep { seams: None, ..sweep(4e-3, [1.0, 1.0]) }]));
-        assert!(Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.4e-3, [2e-3, 1e-3])]));
-        assert!(!Sweep::go_on(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.9e-3, [3e-3, 1.4e-3])]));
+        let sweep = |mean, [near, rest]: [f64; 2]| Sweep { mean, left: 2e-3, seams: Some([near, rest]), epsilon: mean };
+        let end = |sweeps: &[Sweep]| Sweep::end(sweeps, None);
+        let stagnated = Some(StopReason::Stagnated);
+        assert_eq!(end(&[]), None);
+        assert_eq!(end(&[sweep(2e-3, [3e-3, 1.5e-3])]), None);
+        assert_eq!(end(&[sweep(2e-3, [2e-3, 2e-3])]), stagnated);
+        assert_eq!(end(&[sweep(4e-3, [4e-3, 4e-3])]), None);
+        assert_eq!(end(&[Sweep { seams: None, ..sweep(4e-3, [1.0, 1.0]) }]), stagnated);
+        assert_eq!(end(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.4e-3, [2e-3, 1e-3])]), None);
+        assert_eq!(end(&[sweep(2e-3, [3e-3, 1.5e-3]), sweep(1.9e-3, [3e-3, 1.4e-3])]), stagnated);
+        // With a tolerance until it is reached, or nothing is gained any more.
+        let even = sweep(2e-3, [2e-3, 2e-3]);
+        assert_eq!(Sweep::end(&[even], Some(3e-3)), Some(StopReason::ToleranceReached));
+        assert_eq!(Sweep::end(&[even], Some(1e-3)), None);
+        assert_eq!(Sweep::end(&[even, sweep(1.9e-3, [1.9e-3, 1.9e-3])], Some(1e-3)), stagnated);
     }
 }

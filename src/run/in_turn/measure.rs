@@ -2,7 +2,9 @@
 
 use super::kept::{Kept, Left, Sums, Sweep};
 use crate::error::{Error, Result};
-use crate::metrics::{DensityFold, ErrorFigures, Ledger, LedgerFigures, Measured, Ratios, least_closest_pair};
+use crate::metrics::{
+    DensityFold, ErrorFigures, Ledger, LedgerFigures, Looking, Measured, Ratios, least_closest_pair, smoothed_densities,
+};
 use crate::scene::Scene;
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target, at};
@@ -23,8 +25,13 @@ pub struct BlockFigures {
     pub all: SetFigures,
     /// None where no particle is in the interior.
     pub interior: Option<SetFigures>,
-    /// Of all particles against the smoothed target, where they aim at that.
-    pub smoothed: Option<SetFigures>,
+    /// Of all particles against the target as the kernel sees it.
+    pub smoothed: SetFigures,
+    /// Mean deviation of those that can have it from what particles aim at, the mass re-fitted.
+    #[serde(skip)]
+    aimed: f64,
+    /// The factor by which the interior is re-fitted.
+    pub refit_interior: Option<f64>,
     pub ledger: LedgerFigures,
     /// Mean deviation, re-fitted in the interior, of particles that see others of another block, and of the rest of them; from the smoothed
     /// target where they aim at that.
@@ -36,8 +43,12 @@ pub struct BlockFigures {
 impl BlockFigures {
     /// What decides whether blocks are gone over again that were left with such a mean deviation.
     pub(super) fn sweep(&self, left: f64) -> Sweep {
-        let mean = self.smoothed.or(self.interior).unwrap_or(self.all).refitted.mean;
-        Sweep { mean, left, seams: self.seams }
+        Sweep { mean: self.aimed, left, seams: self.seams, epsilon: self.stated() }
+    }
+
+    /// epsilon that a tolerance bounds, as in [`DensityError::stated`](crate::metrics::DensityError::stated).
+    pub fn stated(&self) -> f64 {
+        self.interior.unwrap_or(self.all).refitted.epsilon
     }
 }
 
@@ -88,14 +99,15 @@ fn sums<const D: usize>(
     let groups = measured.groups();
     measured.leave_out_unresolved(target, all, (&groups, neighbors));
     let (own_places, support) = (first(all, own), &measured.support[..own]);
-    let smoothed = points.map_or_else(Vec::new, |points| {
+    let aim = points.map_or_else(Vec::new, |points| {
         points.mass_densities(scene.kernel(), target.domain, (&own_places, support), target.mass)
     });
     let sums = Sums {
         support: support.to_vec(),
         density: measured.sums[..own].iter().map(|s| s.weighted).collect(),
         target: target.densities(&own_places),
-        smoothed,
+        aim,
+        smoothed: Vec::new(),
         interior: measured.interior[..own].to_vec(),
         seam: Vec::new(),
     };
@@ -153,27 +165,33 @@ impl Sums {
         Ratios { density: &self.density, target: &self.target, mass: m }
     }
 
-    /// With the smoothed target in place of the target, where particles aim at that.
+    /// With the target as the kernel sees it in place of the target.
+    fn as_seen(&self, m: f64) -> Ratios<'_> {
+        Ratios { target: &self.smoothed, ..self.ratios(m) }
+    }
+
+    /// With what particles aim at in place of the target.
     fn aimed(&self, m: f64) -> Ratios<'_> {
         Ratios { target: self.aims(), ..self.ratios(m) }
     }
 
     /// What the particles aim at.
     fn aims(&self) -> &[f64] {
-        if self.smoothed.is_empty() { &self.target } else { &self.smoothed }
+        if self.aim.is_empty() { &self.target } else { &self.aim }
     }
 
     /// Whether a particle can have what it aims at.
     fn can(&self, i: usize) -> bool {
-        if self.smoothed.is_empty() { self.interior[i] } else { self.smoothed[i] > 0.0 }
+        if self.aim.is_empty() { self.interior[i] } else { self.aim[i] > 0.0 }
     }
 
-    /// Whether each particle is counted: all; those of the interior; all that can have what they aim at; those of them that see another
+    /// Whether each particle is counted: all, twice; those of the interior; all that can have what they aim at; those of them that see another
     /// block; those that do not.
-    fn sets(&self) -> [Vec<bool>; 5] {
+    fn sets(&self) -> [Vec<bool>; 6] {
         let all = 0..self.interior.len();
         let can = |sees: &dyn Fn(bool) -> bool| all.clone().map(|i| self.can(i) && sees(self.seam[i])).collect();
-        [vec![true; all.len()], self.interior.clone(), can(&|_| true), can(&|sees| sees), can(&|sees| !sees)]
+        let all_are = vec![true; all.len()];
+        [all_are.clone(), all_are, self.interior.clone(), can(&|_| true), can(&|sees| sees), can(&|sees| !sees)]
     }
 
     /// Mean deviation of some particles where the target is resolved, the mass re-fitted by `factor` or what fits best, or over all where it is nowhere.
@@ -203,20 +221,11 @@ pub(super) struct Measuring<'a, const D: usize> {
     ledger: Ledger<D>,
     found: Vec<f64>,
     closest_pair: f64,
-    /// Particles aim at the smoothed target.
-    is_aimed: bool,
 }
 
 impl<'a, const D: usize> Measuring<'a, D> {
     pub fn new(scene: &'a Scene, target: Target<'a, D>) -> Self {
-        Self {
-            scene,
-            target,
-            ledger: Ledger::new(&target),
-            found: Vec::new(),
-            closest_pair: f64::INFINITY,
-            is_aimed: false,
-        }
+        Self { scene, target, ledger: Ledger::new(&target), found: Vec::new(), closest_pair: f64::INFINITY }
     }
 
     /// Measures a block's `own` particles among the others that follow them, with points of mass about them where they aim at the smoothed
@@ -224,12 +233,14 @@ impl<'a, const D: usize> Measuring<'a, D> {
     pub fn take(&mut self, all: &Positions<D>, own: usize, points: Option<&MassPoints<D>>) -> Sums {
         let (mut sums, measured) = sums(self.scene, &self.target, (all, own), points);
         let first = first(all, own);
+        let looking = Looking { positions: &first, support: &sums.support, together: None };
+        let by = (&self.target, Some(&self.ledger));
+        sums.smoothed = smoothed_densities(self.scene.kernel(), by, &looking, &mut sums.interior);
         sums.seam = see_others(self.scene, &self.target, (&first, &sums.support), &rest(all, own));
         let there = self.ledger.found(&measured, &self.target, &first, &self.target.equal_masses(own));
         self.found.resize(there.len(), 0.0);
         self.found.iter_mut().zip(there).for_each(|(all, one)| *all += one);
         self.closest_pair = self.closest_pair.min(closest(&measured, &self.target, own));
-        self.is_aimed |= points.is_some();
         sums
     }
 
@@ -239,35 +250,45 @@ impl<'a, const D: usize> Measuring<'a, D> {
     /// Blocks that cannot be read.
     pub fn figures(self, kept: &Kept) -> Result<BlockFigures> {
         let mass = self.target.mass / self.target.count as f64;
-        // Of all particles and of the interior against the target; against what they aim at of those that can have it, of which those near
-        // seams and the others are parts.
+        // Of all particles against the target and as the kernel sees it, and of the interior; against what they aim at of those that can have it, of
+        // which those near seams and the others are parts.
         let each = |with: &mut dyn FnMut(usize, &Ratios<'_>, &[bool])| -> Result<()> {
             (0..kept.blocks()).try_for_each(|block| {
                 let sums = kept.sums(block)?;
-                let (ratios, aimed) = (sums.ratios(mass), sums.aimed(mass));
-                let of = [&ratios, &ratios, &aimed, &aimed, &aimed];
+                let (ratios, seen, aimed) = (sums.ratios(mass), sums.as_seen(mass), sums.aimed(mass));
+                let of = [&ratios, &seen, &ratios, &aimed, &aimed, &aimed];
                 sums.sets().iter().zip(of).enumerate().for_each(|(i, (set, ratios))| with(i, ratios, set));
                 Ok(())
             })
         };
-        let mut fits = [0; 3].map(|_| DensityFold::default());
+        let mut fits = [0; 4].map(|_| DensityFold::default());
         each(&mut |i, ratios, set| fits.get_mut(i).into_iter().for_each(|fit| fit.look(ratios, set)))?;
         each(&mut |i, ratios, set| fits.get_mut(i).into_iter().for_each(|fit| fit.refit(ratios, set)))?;
-        let [all, interior, aimed] = &fits;
-        let mut as_given = [all.with(1.0), interior.with(1.0), aimed.with(1.0)];
-        let mut refitted = [all, interior, aimed, aimed, aimed].map(|fit| fit.with(fit.factor()));
+        let [whole, seen, inside, aim] = &fits;
+        let mut as_given = [whole, seen, inside].map(|fit| fit.with(1.0));
+        let mut refitted = [whole, seen, inside, aim, aim, aim].map(|fit| fit.with(fit.factor()));
         each(&mut |i, ratios, set| {
             as_given.get_mut(i).into_iter().for_each(|fold| fold.take(ratios, set));
             refitted[i].take(ratios, set);
         })?;
-        let [all, interior, aimed] = [0, 1, 2].map(|set| {
+        let [all, smoothed, interior] = [0, 1, 2].map(|set| {
             let both = as_given[set].figures().zip(refitted[set].figures());
             both.map(|(as_given, refitted)| SetFigures { as_given, refitted })
         });
-        let smoothed = aimed.filter(|_| self.is_aimed);
         let nowhere = || Error::Numeric { stage: "measure", problem: "no particle has a density".into() };
-        let (all, ledger) = (all.ok_or_else(nowhere)?, self.ledger.figures_of(&self.found));
-        let seams = refitted[3].figures().zip(refitted[4].figures()).map(|(near, rest)| [near.mean, rest.mean]);
-        Ok(BlockFigures { all, interior, smoothed, ledger, seams, closest_pair: self.closest_pair })
+        let (all, smoothed) = all.zip(smoothed).ok_or_else(nowhere)?;
+        let aimed = refitted[3].figures().or(interior.map(|of| of.refitted)).unwrap_or(all.refitted).mean;
+        let seams = refitted[4].figures().zip(refitted[5].figures()).map(|(near, rest)| [near.mean, rest.mean]);
+        let (ledger, refit_interior) = (self.ledger.figures_of(&self.found), interior.map(|_| inside.factor()));
+        Ok(BlockFigures {
+            all,
+            interior,
+            smoothed,
+            aimed,
+            refit_interior,
+            ledger,
+            seams,
+            closest_pair: self.closest_pair,
+        })
     }
 }

@@ -16,13 +16,15 @@ pub use measure::{BlockFigures, SetFigures};
 pub use report::{InTurnReport, Pass};
 
 use super::checkpoint::Origin;
-use super::destination::write_rows;
-use super::grading::verdict_on_few;
-use super::parts::{Parts, notes_on_code};
+use super::destination::{Written, write_rows};
+use super::grading::{Few, verdict_on_few};
+use super::parts::Parts;
+use super::remarks::Remarks;
 use super::report::{MassReport, Timing};
 use super::stages::Setting;
 use super::streamed::{Places, Read, Streamed};
-use super::variables::{VariableReport, variables};
+use super::variables::VariableReport;
+use super::verdict::as_measured;
 use super::{doubts, memory};
 use crate::error::{Error, Result};
 use crate::input::internal_units::Prepared;
@@ -42,7 +44,7 @@ use measure::Measuring;
 use on_disk::OnDisk;
 use report::Done;
 use sph::kernel::support_over_spacing;
-use sph_formats::FormatSpec;
+use sph_formats::{FormatSpec, ParticleStream};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -89,7 +91,7 @@ pub fn run_in_turn(
     control.tell(Event::Begin(Step::Read));
     let (read, format) = BLOCKS.begin(scene, formats)?;
     let mut run =
-        Run { scene, formats, format, control, units: read.units, start, timing: Vec::new(), notes: Vec::new() };
+        Run { scene, formats, format, control, units: read.units, start, timing: Vec::new(), told: read.told.clone() };
     run.lap(Step::Read, start);
     match read.dimension {
         1 => run.in_dimension::<1>(read, how),
@@ -97,6 +99,9 @@ pub fn run_in_turn(
         _ => run.in_dimension::<3>(read, how),
     }
 }
+
+/// What becomes of the input's variables, and what is not written, and why.
+type Kinds = (Vec<VariableReport>, Vec<(&'static str, &'static str)>);
 
 /// One pass over all blocks.
 #[derive(Clone, Copy)]
@@ -125,7 +130,7 @@ struct Run<'a> {
     units: RunUnits,
     start: Instant,
     timing: Vec<Timing>,
-    notes: Vec<String>,
+    told: Remarks,
 }
 
 impl Run<'_> {
@@ -146,8 +151,9 @@ impl Run<'_> {
         self.control.tell(Event::Begin(Step::Interpolate));
         let count = self.scene.particles.unwrap_or(DEFAULT_PARTICLES);
         let prepared = self.prepared::<D>(read, (count, how.blocks))?;
-        self.notes.extend(prepared.notes.iter().cloned());
-        let mut warnings = doubts::before(self.scene, &prepared, count);
+        self.told.of_target(self.scene, &prepared, count);
+        doubts::refuse_domain(self.scene, &prepared.source.domain, count)?;
+        doubts::refuse_places_without_particles(&prepared.target())?;
         let target = prepared.target();
         if target.find_regions(self.scene.region_contrast).is_some() {
             let problem = "has regions that jumps or vacuum separate, each of which is relaxed by itself, and that is not done block by block; \
@@ -155,7 +161,7 @@ impl Run<'_> {
             return Err(Error::scene("input", problem));
         }
         self.lap(Step::Interpolate, lap);
-        let (scene, plan) = BLOCKS.planned(self.scene, (&prepared, &target), how.blocks);
+        let (scene, mut plan) = BLOCKS.planned(self.scene, (&prepared, &target), how.blocks);
         let scene = &scene;
         let seeds = Blockwise::new(&target, plan.seeding, scene.seed)?;
         let mut run = Run { scene, ..self };
@@ -166,19 +172,32 @@ impl Run<'_> {
         run.seed(&seeds, (&mut kept, &mut map))?;
         let goal = Goal::new(target, &plan, (scene.kernel(), scene.kernel_neighbors(D)));
         let (passes, stop, figures) = run.relax(&goal, (&kept, &mut map))?;
-        let (variables, more) = run.written(&prepared, target, (&kept, stop))?;
-        warnings.extend(more);
-        run.notes.extend(match stop.is_cut() {
+        let stop = as_measured(scene, stop, figures.stated());
+        let (stream, written) = run.written(&prepared, target, (&kept, stop))?;
+        let (variables, left_out) = stream;
+        left_out.into_iter().for_each(|(what, why)| plan.drop(what, why));
+        run.told.notes.extend(match stop.is_cut() {
             true => {
                 Some(format!("cut short; the same command goes on with the blocks in '{}'", kept.folder().display()))
             }
             false => kept.remove(),
         });
-        run.notes.extend(notes_on_code::<D>(scene, run.format));
-        let (mass, note) = run.mass(&prepared, &target)?;
-        run.notes.extend(note.filter(|note| !run.notes.contains(note)));
-        let measured = (figures.all.as_given.mean, figures.closest_pair, scene.kernel().title());
-        let verdict = verdict_on_few(&figures.ledger, measured, &mass);
+        run.told.of_code::<D>(scene, Some(run.format));
+        let mass = run.mass(&prepared, &target)?;
+        let mut verdict = verdict_on_few(&Few {
+            ledger: &figures.ledger,
+            mean: figures.smoothed.as_given.mean,
+            of_interior: figures.refit_interior,
+            epsilon: figures.stated(),
+            closest_pair: figures.closest_pair,
+            kernel: scene.kernel().title(),
+            mass: &mass,
+            atmosphere: prepared.cut,
+            stop,
+            tolerance: scene.tolerance,
+            warnings: &run.told.warnings,
+        });
+        written.tell(&mut run.told.notes, &mut verdict);
         Ok(InTurnReport {
             input: scene.input_name(),
             output: scene.output.file.as_ref().map_or_else(String::new, |file| file.display().to_string()),
@@ -191,16 +210,18 @@ impl Run<'_> {
             kernel_neighbors: scene.kernel_neighbors(D),
             mass,
             stop,
+            tolerance: scene.tolerance,
             passes,
             plan,
             variables,
             figures,
+            atmosphere: prepared.cut,
             timing: run.timing,
             seconds: run.start.elapsed().as_secs_f64(),
             peak_memory: memory::peak(),
-            warnings,
+            warnings: run.told.warnings,
             verdict,
-            notes: run.notes,
+            notes: run.told.notes,
         })
     }
 
@@ -276,9 +297,9 @@ impl Run<'_> {
                 kept.put_sweeps(&sweeps)?;
                 figures = Some(now);
             }
-            if stop.is_some() || !Sweep::go_on(&sweeps[..sweep]) {
+            if let Some(end) = stop.or_else(|| Sweep::end(&sweeps[..sweep], self.scene.tolerance)) {
                 let figures = figures.map_or_else(|| self.measured(goal, (kept, map)), Ok)?;
-                return Ok((passes, stop.unwrap_or(StopReason::Stagnated), figures));
+                return Ok((passes, end, figures));
             }
             // In the first sweep those about a block are not what they will be; then each is as well by itself.
             let common = if sweep > 0 { map.common(pass - 1) } else { None };
@@ -414,41 +435,36 @@ impl Run<'_> {
         Ok(figures)
     }
 
-    /// Writes the file; returns what becomes of the input's variables, and what may be wrong with that.
+    /// Writes the file.
     fn written<const D: usize>(
         &mut self,
         prepared: &Prepared<D>,
         target: Target<'_, D>,
         (kept, stop): (&Kept, StopReason),
-    ) -> Result<(Vec<VariableReport>, Vec<String>)> {
+    ) -> Result<(Kinds, Written)> {
         let (scene, lap) = (self.scene, Instant::now());
         self.control.tell(Event::Begin(Step::Write));
         let places = OnDisk::new(kept);
         let of_target = (target, &places as &dyn Places<D>);
         let stream = Streamed::new(scene, (prepared, self.units), of_target, Some(self.format), format!("{stop:?}"))?;
-        // What was noted when the scene was prepared is known.
-        self.notes.extend(stream.notes().iter().filter(|note| !prepared.notes.contains(note)).cloned());
+        self.told.add(stream.told().clone());
         let Some(path) = scene.output.file.as_deref() else {
             return Err(Error::scene("output.file", "is missing (--out FILE)"));
         };
-        self.notes.extend(write_rows(scene, self.formats, (self.format, path), &stream)?);
+        let of = (&stream as &dyn ParticleStream, self.units.input.is_some() && D == 3);
+        let written = write_rows(scene, self.formats, (self.format, path), of)?;
         self.lap(Step::Write, lap);
-        let format = (self.format.name, self.format.capabilities.columns);
-        Ok(variables(&prepared.variables, stream.first(), Some(format)))
+        Ok(((stream.variables().to_vec(), stream.left_out().to_vec()), written))
     }
 
     /// Of particles that all have one mass.
-    fn mass<const D: usize>(
-        &self,
-        prepared: &Prepared<D>,
-        target: &Target<'_, D>,
-    ) -> Result<(MassReport, Option<String>)> {
+    fn mass<const D: usize>(&self, prepared: &Prepared<D>, target: &Target<'_, D>) -> Result<MassReport> {
         let wanted = self.scene.output.units.as_deref();
-        let (units, note) = output_units(wanted, self.units.input, prepared.mass.value, D)?;
+        let (units, _) = output_units(wanted, self.units.input, prepared.mass.value, D)?;
         let factors = Factors::new::<D>(self.units.input, prepared, &units);
         let known = (self.units.input.is_some() && D == 3).then_some(units.mass);
         let each = target.equal_masses(1)[0];
-        Ok((MassReport::of_equal((each, target.count), &prepared.mass, (&factors, known)), note))
+        Ok(MassReport::of_equal((each, target.count), &prepared.mass, (&factors, known)))
     }
 }
 

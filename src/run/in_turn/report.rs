@@ -1,6 +1,7 @@
 //! The report of a run that processes blocks in turn.
 
 use super::measure::{BlockFigures, SetFigures};
+use crate::input::atmosphere::Cut;
 use crate::relaxation::StopReason;
 use crate::run::memory;
 use crate::run::plan::Plan;
@@ -65,11 +66,15 @@ pub struct InTurnReport {
     pub kernel_neighbors: f64,
     pub mass: MassReport,
     pub stop: StopReason,
+    /// epsilon that was asked for.
+    pub tolerance: Option<f64>,
     pub passes: Vec<Pass>,
     pub plan: Plan,
     /// What the variables of the input are taken for, and where they are written.
     pub variables: Vec<VariableReport>,
     pub figures: BlockFigures,
+    /// What was cut of an atmosphere.
+    pub atmosphere: Option<Cut>,
     pub timing: Vec<Timing>,
     pub seconds: f64,
     /// The most bytes of memory that the process has had at once, where the system tells.
@@ -126,7 +131,7 @@ impl InTurnReport {
         let BlockFigures { interior, smoothed, ledger, seams, closest_pair, .. } = &self.figures;
         write_in_place(out, ledger)?;
         let rows = |of: &SetFigures, names: [&'static str; 2]| [(names[0], of.as_given), (names[1], of.refitted)];
-        let mut all: Vec<_> = smoothed.iter().map(|of| ("all, against smoothed target", of.as_given)).collect();
+        let mut all = vec![("all, against smoothed target", smoothed.as_given)];
         all.extend(rows(&self.figures.all, ["all, mass as given", "all, mass re-fitted"]));
         let names = ["interior, mass as given", "interior, mass re-fitted"];
         all.extend(interior.iter().flat_map(|interior| rows(interior, names)));
