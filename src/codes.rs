@@ -1,12 +1,13 @@
 //! Target simulation codes: the SPH sums and constants of each, as far as an initial condition depends on them.
 
 mod contrast;
+mod pairing;
 
 pub(crate) use contrast::Contrast;
 
 use crate::error::{Error, Result};
 use sph::geometry::unit_ball_volume;
-use sph::kernel::{KernelName, most_neighbors_without_pairs, support_over_smoothing_length};
+use sph::kernel::{KernelName, support_over_smoothing_length};
 use sph::point_mass::Softening;
 use sph_formats::units::GRAVITATIONAL_CONSTANT_CGS;
 use sph_formats::{Species, UnitSystem, did_you_mean, halvings};
@@ -293,9 +294,6 @@ pub(crate) const AS_PLANETARY: [&str; 2] = ["planetary", "remix"];
 pub(crate) const CELL_OVER_REACH: f64 = 1.1;
 pub(crate) const LEAST_CELLS: f64 = 3.0;
 
-/// Part of the most neighbors that make no pairs which is advised.
-const FEWER: f64 = 0.95;
-
 /// A code with its build's options.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetCode {
@@ -513,46 +511,6 @@ impl TargetCode {
             format!(
                 "the forces of {} with {} are not those that are balanced here{others}",
                 self.sheet.title, self.scheme.name
-            )
-        })
-    }
-
-    /// What to change where the code's forces make pairs, so that no arrangement is at rest; `None` where they do not.
-    pub fn pairing(&self, d: usize) -> Option<String> {
-        let most = most_neighbors_without_pairs(self.kernel, d).filter(|most| self.kernel_neighbors(d) > *most)?;
-        let Sheet { name, title, parameter, key, .. } = self.sheet;
-        let is_whole = self.has_whole_numbers();
-        let rounded = |value: f64| if is_whole { value.floor() } else { (value * 100.0).floor() / 100.0 };
-        // Counts are those in space here, and those of the dimension in the code.
-        let (setting, in_code) = match self.neighbors {
-            Neighbors::Count { .. } if d < 3 => {
-                let in_code = rounded(FEWER * most);
-                let in_space = self.setting_for(self.kernel, d, in_code);
-                (if is_whole { in_space.round() } else { rounded(in_space) }, in_code)
-            }
-            _ => {
-                let setting = rounded(self.setting_for(self.kernel, d, FEWER * most));
-                (setting, setting)
-            }
-        };
-        Some(format!(
-            "{title} with {} and {:.1} neighbors has the pairing instability, and particles leave any arrangement at rest: \
-             --for {name}:{key}={setting}, with {parameter} {in_code} in the code, stays quieter",
-            self.kernel.title(),
-            self.kernel_neighbors(d),
-        ))
-    }
-
-    /// What to change where solids with a free surface, or liquids, are to rest in it; `None` where its kernel keeps particles apart.
-    pub fn pairing_of_solids(&self, d: usize) -> Option<String> {
-        most_neighbors_without_pairs(self.kernel, d)?;
-        let Sheet { name, title, has_kernels, .. } = self.sheet;
-        let scheme = self.scheme.name;
-        has_kernels.then(|| {
-            format!(
-                "with {} nothing keeps particles apart where a solid has little pressure: those of its surface go on moving along it. --for \
-                 {name}:scheme={scheme},wendland-c4, with {title} built with that kernel, is some ten times as quiet",
-                self.kernel.title()
             )
         })
     }

@@ -70,7 +70,7 @@ fn builds_that_make_pairs_are_told_how_not_to() {
     let solid = |text: &str| TargetCode::parse(text).unwrap().pairing_of_solids(3);
     assert!(solid("swift:planetary").unwrap().contains("--for swift:scheme=planetary,wendland-c4"));
     assert_eq!(solid("swift:planetary,wendland-c2"), None);
-    assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=48, with DesNumNgb 48"));
+    assert!(of("gadget4").unwrap().contains("--for gadget4:neighbors=44, with DesNumNgb 44"));
     // With what the one makes of it, the other is told the same.
     for d in [1, 2] {
         let told = TargetCode::parse("gadget4").unwrap().pairing(d).unwrap();
@@ -81,8 +81,14 @@ fn builds_that_make_pairs_are_told_how_not_to() {
         let code = TargetCode::parse(&format!("gadget4:neighbors={}", number("neighbors="))).unwrap();
         assert_eq!(code.setting_in(d), number("DesNumNgb "), "{told}");
     }
-    assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.13"));
+    assert!(of("phantom").unwrap().contains("--for phantom:hfact=1.09"));
     assert_eq!((of("swift"), of("gadget4:neighbors=48"), of("gadget4:wendland-c2")), (None, None, None));
+    let near = |text: &str| TargetCode::parse(text).unwrap().nearly_pairing(3);
+    assert!(near("swift").unwrap().contains("--for swift:eta=1.2, with SPH:resolution_eta 1.2"));
+    assert!(near("gadget4:neighbors=48").is_some());
+    for quiet in ["swift:eta=1.2", "swift:wendland-c2", "gadget4:neighbors=44", "phantom:hfact=1.12", "phantom"] {
+        assert_eq!(near(quiet), None, "{quiet}");
+    }
 }
 
 #[test]

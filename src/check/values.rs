@@ -144,14 +144,15 @@ fn of_masses(species: &Species, masses: &Column, (code, d): (&TargetCode, usize)
     let (least, most, _) = masses.values.range();
     if let Some(contrast) = code.contrast(&masses.values, d).filter(|_| species.part_type == 0) {
         let (level, what) = match (contrast.is_out_of_reach, contrast.is_known) {
-            (true, _) => {
-                (Level::Error, "counts neighbors by mass, of which the heaviest finds too little in all of the gas")
-            }
+            (true, _) => (
+                Level::Warning,
+                "counts neighbors by mass, of which the heaviest finds too little in all of the gas, so that it may stop at the first step",
+            ),
             (false, true) => (Level::Warning, "is slow at such contrasts, or hangs"),
             (false, false) => (Level::Error, "crashes or hangs at such contrasts"),
         };
         let text =
-            format!("go from {least:e} to {most:e}, and {} {what}; expected nearly equal ones", code.sheet.title);
+            format!("go from {least:.4e} to {most:.4e}, and {} {what}; expected nearly equal ones", code.sheet.title);
         add(findings, level, names::MASSES, text);
     }
     // Sinks have one each.

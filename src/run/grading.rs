@@ -10,6 +10,8 @@ use sph::kernel::{KernelName, makes_pairs};
 
 /// Net force over gravity that leaves a body almost still.
 const LITTLE_FORCE: f64 = 0.01;
+/// The same with which it moves.
+const MUCH_FORCE: f64 = 0.1;
 /// Share of internal energies whose change leaves a body as it is.
 const LITTLE_HEAT: f64 = 0.01;
 /// Relative differences of masses that are rounding.
@@ -380,15 +382,14 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
                 ),
             );
         }
-        let rests = is_balanced && net_force.is_some_and(|net| net <= LITTLE_FORCE);
-        if grade == Grade::Bad && rests && is_crowded(report) {
-            (grade, text) = (
-                Grade::Look,
-                format!(
-                    "{text}; with so many neighbors the kernel pairs particles in the code as well, and the forces are \
-                     balanced"
-                ),
-            );
+        // A pair counts as one particle, which the forces bear: they say whether it moves.
+        if let Some(net) = net_force.filter(|net| grade == Grade::Bad && is_balanced && *net < MUCH_FORCE) {
+            let why = match is_crowded(report) {
+                true => "with so many neighbors the kernel pairs particles in the code as well, and",
+                false => "all the same",
+            };
+            (grade, text) =
+                (Grade::Look, format!("{text}; {why} the forces are balanced to {:.1} % of gravity", 100.0 * net));
         }
         say(grade, Topic::Pairs, text);
     }
@@ -427,7 +428,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
     }
     if let Some(net) = net_force {
         let moves = report.motion.filter(|motion| *motion > LITTLE_FORCE && report.settled.is_none());
-        let own = grade(net, LITTLE_FORCE, 0.1);
+        let own = grade(net, LITTLE_FORCE, MUCH_FORCE);
         let graded = if moves.is_some() { own.max(Grade::Look) } else { own };
         let at_rest = moves.map_or_else(String::new, |motion| {
             format!(
@@ -489,7 +490,11 @@ pub fn of_code(stops: usize, others: usize) -> Option<Finding> {
             Topic::Code,
             format!("it does not do all that the scene means; {}", see(others)),
         )),
-        _ => Some(Finding::new(Grade::Bad, Topic::Code, format!("it stops at this file; {}", see(stops + others)))),
+        _ => Some(Finding::new(
+            Grade::Bad,
+            Topic::Code,
+            format!("it stops at this file, or soon after its start; {}", see(stops + others)),
+        )),
     }
 }
 

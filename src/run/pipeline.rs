@@ -401,6 +401,8 @@ impl Run<'_> {
         self.told.of_code::<D>(self.scene, self.format);
         let is_solid = hydrostatics.is_some_and(|h| h.materials().is_some());
         self.told.notes.extend(self.scene.code().filter(|_| is_solid).and_then(|code| code.pairing_of_solids(D)));
+        let is_at_rest = plan.stages.contains(&BALANCE) && !is_solid;
+        self.told.notes.extend(self.scene.code().filter(|_| is_at_rest).and_then(|code| code.nearly_pairing(D)));
         let (units, note) = match self.own_units {
             Some(units) => (units, None),
             None => output_units(self.scene.output.units.as_deref(), self.units.input, prepared.mass.value, D)?,

@@ -176,6 +176,8 @@ pub(crate) struct Streamed<'a, const D: usize> {
     is_summed: bool,
     /// The first particle.
     first: ParticleTable,
+    /// Places of all particles, where they are few.
+    held: Option<Positions<D>>,
     told: Remarks,
     variables: Vec<VariableReport>,
     left_out: Vec<(&'static str, &'static str)>,
@@ -228,10 +230,13 @@ impl<'a, const D: usize> Streamed<'a, D> {
             },
             is_summed: places.sums(0..1)?.is_some(),
             first: ParticleTable::default(),
+            held: None,
             told: Remarks { notes: Vec::from_iter(note), warnings: Vec::new() },
             variables: Vec::new(),
             left_out: Vec::new(),
         };
+        let some = some_of(places, target.count)?;
+        stream.held = (some[0].len() == target.count).then(|| some.clone());
         let mut first = stream.made(0..1, true)?.file;
         if !stream.is_summed {
             first.header.provenance.retain(|(key, _)| key != "DensityDefinition");
@@ -239,15 +244,14 @@ impl<'a, const D: usize> Streamed<'a, D> {
         }
         stream.header = first.header;
         stream.first = first.species.into_iter().next().map(|s| s.table).unwrap_or_default();
-        stream.look_at_some(format)?;
+        stream.look_at(&some, format)?;
         Ok(stream)
     }
 
     /// Finds what there is to say of the particles, by some of them.
-    fn look_at_some(&mut self, format: Option<&FormatSpec>) -> Result<()> {
-        let some = some_of(self.places, self.target.count)?;
-        self.told.warnings.extend(doubts::after(&self.target, &some));
-        let Made { file, notes, warnings, left_out, .. } = self.made_of(&some, None)?;
+    fn look_at(&mut self, some: &Positions<D>, format: Option<&FormatSpec>) -> Result<()> {
+        self.told.warnings.extend(doubts::after(&self.target, some));
+        let Made { file, notes, warnings, left_out, .. } = self.made_of(some, None)?;
         self.told.add(Remarks { notes, warnings });
         self.variables = self.told.of_file(self.prepared, &file, format);
         self.left_out = left_out;
@@ -290,7 +294,10 @@ impl<'a, const D: usize> Streamed<'a, D> {
     /// All columns of some particles; without `with_sums`, what was summed is not looked up, and the target's stands for it.
     fn made(&self, rows: Range<usize>, with_sums: bool) -> Result<Made> {
         let summed = if with_sums { self.places.sums(rows.clone())? } else { None };
-        self.made_of(&self.places.positions(rows)?, summed)
+        match &self.held {
+            Some(all) => self.made_of(&all.each_ref().map(|x| x[rows.clone()].to_vec()), summed),
+            None => self.made_of(&self.places.positions(rows)?, summed),
+        }
     }
 
     /// All columns of particles at `positions`, with support radii and densities that were `summed` there, or the target's.

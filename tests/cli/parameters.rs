@@ -546,3 +546,44 @@ fn gravity_that_is_left_out_is_said() {
     let report = place(&folder, &gas, ("swift", "ic.hdf5"), &[]).stdout;
     assert!(!report.contains("without gravity"), "{report}");
 }
+
+/// Densities of particles whose smoothing lengths reach the largest that SWIFT is told would be wrong from the first step on.
+#[test]
+fn no_smoothing_length_of_a_file_is_beyond_the_largest_that_swift_is_told() {
+    let folder = Folder::new();
+    place(&folder, &profile("walls-3d"), ("swift", "ic.hdf5"), &["-n", "3000"]);
+    let path = folder.path("out/ic.hdf5");
+    let (_, lengths) = Reader::open(&path, "swift").unwrap().numbers("PartType0/SmoothingLength").unwrap().unwrap();
+    let (widest, largest) = (lengths.range().1, number(&text(&folder, "ic.yml"), "h_max"));
+    assert!(widest > 0.1 && largest > widest, "{largest} in the parameter file, {widest} in the file");
+}
+
+/// Cold gas moves by itself: at the speed of sound it would take ten thousand times as long.
+#[test]
+fn the_end_is_that_of_what_moves_or_sounds() {
+    let folder = Folder::new();
+    let end = |fields: &str| {
+        place(&folder, &format!("{BOX}fields: {{{fields}}}\n"), ("swift", "ic.hdf5"), &[]);
+        number(&text(&folder, "ic.yml"), "time_end")
+    };
+    // Ten crossings: c^2 = gamma (gamma - 1) u; a sine has half of its amplitude squared.
+    let sound = 10.0 / (10.0 / 9.0_f64).sqrt();
+    assert!((end("internal_energy: 1") / sound - 1.0).abs() < 0.01);
+    let moving = end("internal_energy: 1e-8, velocity: ['sin(2*pi*x)', 0, 0]");
+    assert!((moving / (10.0 * 2.0_f64.sqrt()) - 1.0).abs() < 0.05, "{moving}");
+    // A common velocity takes nothing anywhere.
+    let together = end("internal_energy: 1, velocity: [100, 0, 0]");
+    assert!((together / sound - 1.0).abs() < 0.01, "{together}");
+}
+
+/// SWIFT ends where light particles lie beside heavy ones by thousands; GADGET goes on.
+#[test]
+fn masses_that_differ_by_far_are_bad_where_the_code_ends() {
+    let folder = Folder::new();
+    let scene = BOX.to_owned() + "resolution: {spacing: 'if(x < 0.5, 1, 0.09)'}\n";
+    let said = |code: &str| place(&folder, &scene, (code, "ic.hdf5"), &["-n", "6000"]).stdout;
+    let swift = said("swift");
+    assert!(swift.contains("SWIFT crashes or hangs") && swift.contains("BAD    code"), "{swift}");
+    assert!(swift.contains("`particle_mass`") && !swift.contains("or use more of them"), "{swift}");
+    assert!(said("gadget4").contains("LOOK   code"));
+}

@@ -7,6 +7,9 @@ use sph_formats::common::particle_names as names;
 /// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
 const IMAGES: f64 = 2.0;
 
+/// More particles are no remedy where the resolution says how masses differ: the contrast grows.
+const LESS_APART: &str = "give all gas particles one mass (`particle_mass`), or a `resolution` that changes less";
+
 /// Each in a sentence, with the remedy where there is one.
 pub(super) fn doubts(facts: &Facts<'_>) -> Doubts {
     let (mut stops, mut doubts) = (Vec::new(), Vec::new());
@@ -82,28 +85,29 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Doubts {
         facts.softened_apart().filter(|_| ["swift", "gadget4", "gizmo", "arepo"].contains(&name))
     {
         doubts.push(format!(
-            "{title} softens all point masses with one length, but their radii range from {least:e} to {largest:e}: \
+            "{title} softens all point masses with one length, but their radii range from {least:.4e} to {largest:.4e}: \
              give them one radius, or change the parameter file"
         ));
     }
     if let Some([least, largest]) = facts.masses_apart().filter(|_| name == "phantom" && facts.gravity.is_some()) {
         doubts.push(format!(
             "{title} softens the attraction of two particles by the mean of what each is of the other with its own mass, which is wrong where masses differ, and \
-             these go from {least:e} to {largest:e}: energy and momentum drift; give all bodies particles of one mass"
+             these go from {least:.4e} to {largest:.4e}: energy and momentum drift; give all bodies particles of one mass"
         ));
     }
     let masses = facts.gas.column(names::MASSES);
     if let Some(contrast) = masses.and_then(|masses| facts.code.contrast(&masses.values, header.dimension)) {
-        let Contrast { least, most, is_out_of_reach, .. } = contrast;
-        let what = match is_out_of_reach {
-            true => {
-                "counts neighbors by mass, of which the heaviest finds too little in all of the gas: it stops at the first step"
-            }
-            false => "may crash or hang at such contrasts",
+        let Contrast { least, most, is_out_of_reach, is_known } = contrast;
+        let (what, remedy) = match (is_out_of_reach, is_known) {
+            (true, _) => (
+                "counts neighbors by mass, of which the heaviest finds too little in all of the gas: it may stop at the first step",
+                "give all gas particles one mass, or use more of them",
+            ),
+            (false, true) => ("is slow at such contrasts, or hangs", LESS_APART),
+            (false, false) => ("crashes or hangs within some steps at such contrasts", LESS_APART),
         };
-        (if is_out_of_reach { &mut stops } else { &mut doubts }).push(format!(
-            "masses of gas particles range from {least:e} to {most:e}, and {title} {what}; give all gas particles one \
-             mass, or use more of them"
+        (if is_known { &mut doubts } else { &mut stops }).push(format!(
+            "masses of gas particles range from {least:.4e} to {most:.4e}, and {title} {what}; {remedy}"
         ));
     }
     if name == "sph-exa" && facts.gravity.is_some() {

@@ -165,8 +165,11 @@ impl<'a> Facts<'a> {
         let smallest = gas.smallest_spacing(file.header.dimension).ok_or_else(|| missing(lacking()))?;
         let gravity = Gravity::of(code, file, physics);
         let (time, time_is) = match gravity {
-            Some(gravity) => (dynamical_time(gravity.constant, file, gas), "dynamical times sqrt(R^3/(G M))"),
-            None => (crossing_time(file, gas), "times in which sound crosses the box"),
+            Some(gravity) => (
+                dynamical_time(gravity.constant, file, gas),
+                "dynamical times sqrt(R^3/(G M)), R the radius of 99.9 % of the gas particles",
+            ),
+            None => (crossing_time(file, gas), "times in which sound, with the motion of the gas, crosses the box"),
         };
         let softened = |s: &sph_formats::Species| {
             let radius = s.table.column(names::SOFTENING_RADIUS)?.values.range().1;
@@ -329,15 +332,24 @@ fn dynamical_time(constant: f64, file: &ParticleFile, gas: &ParticleTable) -> f6
     (radius.powi(3) / (constant * mass)).sqrt()
 }
 
-/// Longest edge over the speed of sound of the mean specific energy: that of a blast is of few particles.
+/// Longest edge over the speed of sound of the mean specific energy, since that of a blast is of few particles, together with the speed of the gas about
+/// its mean.
 fn crossing_time(file: &ParticleFile, gas: &ParticleTable) -> f64 {
     let masses = gas.column(names::MASSES);
     let mass = |i: usize| masses.map_or(1.0, |c| c.values.get(i));
-    let energies = gas.column(names::INTERNAL_ENERGY);
-    let energy: f64 = energies.map_or(0.0, |c| (0..gas.count).map(|i| mass(i) * c.values.get(i)).sum());
-    let mean = energy / (0..gas.count).map(mass).sum::<f64>();
-    let mean = if mean > 0.0 && mean.is_finite() { mean } else { 1.0 };
-    let edge = file.header.box_size.iter().copied().fold(0.0, f64::max);
+    let total: f64 = (0..gas.count).map(mass).sum();
+    let mean = |of: &dyn Fn(usize) -> f64| (0..gas.count).map(|i| mass(i) * of(i)).sum::<f64>() / total;
+    let energy = gas.column(names::INTERNAL_ENERGY).map_or(0.0, |c| mean(&|i| c.values.get(i)));
+    let motion = gas.column(names::VELOCITIES).map_or(0.0, |c| {
+        let along = |k: usize| {
+            let v = |i: usize| c.values.get(c.components * i + k);
+            let common = mean(&v);
+            mean(&|i| (v(i) - common).powi(2))
+        };
+        (0..c.components).map(along).sum()
+    });
     let gamma = file.header.adiabatic_index();
-    edge / (gamma * (gamma - 1.0) * mean).sqrt()
+    let square = |energy: f64| gamma * (gamma - 1.0) * energy + motion;
+    let known = Some(square(energy)).filter(|v| *v > 0.0 && v.is_finite());
+    file.header.box_size.iter().copied().fold(0.0, f64::max) / known.unwrap_or_else(|| square(1.0)).sqrt()
 }

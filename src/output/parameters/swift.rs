@@ -170,15 +170,17 @@ InitialConditions:
         if needed.is_finite() { needed.max(CELLS) } else { CELLS }
     }
 
-    /// As wide as the box allows: SWIFT makes its cells anew where smoothing lengths grow, and stops where a periodic box has too few of them.
+    /// As wide as the box allows, and wider than the widest of the file, beyond which densities would be wrong: SWIFT makes its cells anew where
+    /// smoothing lengths grow, and stops where a periodic box has too few of them.
     fn swift_largest_smoothing(&self) -> f64 {
         let edges = self.edges().iter();
-        let largest = LARGEST_SMOOTHING * edges.clone().copied().fold(0.0, f64::max);
+        let reach = support_over_smoothing_length(self.code.kernel, self.file.header.dimension);
+        let widest = self.gas.column(names::SUPPORT_RADIUS).map_or(0.0, |c| c.values.range().1) / reach;
+        let largest = (LARGEST_SMOOTHING * edges.clone().copied().fold(0.0, f64::max)).max(GROWTH * widest);
         if !self.file.header.periodic.contains(&true) {
             return largest;
         }
         let shortest = edges.copied().fold(f64::INFINITY, f64::min);
-        let reach = support_over_smoothing_length(self.code.kernel, self.file.header.dimension);
         largest.min(WITHIN * shortest / (LEAST_CELLS * CELL_OVER_REACH * reach))
     }
 
@@ -296,6 +298,9 @@ InitialConditions:
         ))
     }
 }
+
+/// Smoothing lengths may grow by this from the widest of the file.
+const GROWTH: f64 = 1.5;
 
 /// What SWIFT calls the material of a number, with the table that it reads for it (`equation_of_state.h`, `eos_setup.h` of its planetary
 /// equations of state).
