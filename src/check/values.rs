@@ -143,16 +143,9 @@ fn first(column: &Column, is_such: impl Fn(f64) -> bool) -> Option<(usize, f64)>
 fn of_masses(species: &Species, masses: &Column, (code, d): (&TargetCode, usize), findings: &mut Vec<Finding>) {
     let (least, most, _) = masses.values.range();
     if let Some(contrast) = code.contrast(&masses.values, d).filter(|_| species.part_type == 0) {
-        let (level, what) = match (contrast.is_out_of_reach, contrast.is_known) {
-            (true, _) => (
-                Level::Warning,
-                "counts neighbors by mass, of which the heaviest finds too little in all of the gas, so that it may stop at the first step",
-            ),
-            (false, true) => (Level::Warning, "is slow at such contrasts, or hangs"),
-            (false, false) => (Level::Error, "crashes or hangs at such contrasts"),
-        };
-        let text =
-            format!("go from {least:.4e} to {most:.4e}, and {} {what}; expected nearly equal ones", code.sheet.title);
+        let level = if contrast.stops() { Level::Error } else { Level::Warning };
+        let (title, outcome) = (code.sheet.title, contrast.outcome());
+        let text = format!("go from {least:.4e} to {most:.4e}, and {title} {outcome}; expected nearly equal ones");
         add(findings, level, names::MASSES, text);
     }
     // Sinks have one each.

@@ -14,7 +14,25 @@ pub(crate) struct Contrast {
     /// Of a code that counts neighbors by their mass over the particle's own, so that the heaviest does not find its number in all of the gas.
     pub is_out_of_reach: bool,
     /// Whether the code is one of these: of others no more is known than that they crash or hang.
-    pub is_known: bool,
+    is_known: bool,
+}
+
+impl Contrast {
+    /// Whether the code ends over it, as far as is known.
+    pub fn stops(&self) -> bool {
+        !self.is_known
+    }
+
+    /// What the code makes of it, after its name.
+    pub fn outcome(&self) -> &'static str {
+        match (self.is_out_of_reach, self.is_known) {
+            (true, _) => {
+                "counts neighbors by mass, of which the heaviest finds too little in all of the gas, so that it may stop at the first step"
+            }
+            (false, true) => "is slow at such contrasts, or hangs",
+            (false, false) => "crashes or hangs at such contrasts",
+        }
+    }
 }
 
 impl TargetCode {

@@ -97,17 +97,10 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Doubts {
     }
     let masses = facts.gas.column(names::MASSES);
     if let Some(contrast) = masses.and_then(|masses| facts.code.contrast(&masses.values, header.dimension)) {
-        let Contrast { least, most, is_out_of_reach, is_known } = contrast;
-        let (what, remedy) = match (is_out_of_reach, is_known) {
-            (true, _) => (
-                "counts neighbors by mass, of which the heaviest finds too little in all of the gas: it may stop at the first step",
-                "give all gas particles one mass, or use more of them",
-            ),
-            (false, true) => ("is slow at such contrasts, or hangs", LESS_APART),
-            (false, false) => ("crashes or hangs within some steps at such contrasts", LESS_APART),
-        };
-        (if is_known { &mut doubts } else { &mut stops }).push(format!(
-            "masses of gas particles range from {least:.4e} to {most:.4e}, and {title} {what}; {remedy}"
+        let (Contrast { least, most, is_out_of_reach, .. }, outcome) = (contrast, contrast.outcome());
+        let remedy = if is_out_of_reach { "give all gas particles one mass, or use more of them" } else { LESS_APART };
+        (if contrast.stops() { &mut stops } else { &mut doubts }).push(format!(
+            "masses of gas particles range from {least:.4e} to {most:.4e}, and {title} {outcome}; {remedy}"
         ));
     }
     if name == "sph-exa" && facts.gravity.is_some() {

@@ -156,8 +156,7 @@ impl Run<'_> {
         doubts::refuse_places_without_particles(&prepared.target())?;
         let target = prepared.target();
         if target.find_regions(self.scene.region_contrast).is_some() {
-            let problem = "has regions that jumps or vacuum separate, each of which is relaxed by itself, and that is not done block by block; \
-                           use --ranks, or set region_contrast above the jump";
+            let problem = "has regions that jumps or vacuum separate, in each of which particles stay, and that is not done block by block; use --ranks";
             return Err(Error::scene("input", problem));
         }
         self.lap(Step::Interpolate, lap);
