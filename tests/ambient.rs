@@ -566,7 +566,7 @@ fn a_medium_fills_what_a_body_leaves_of_its_domain() {
                  ambient: {{density: 0.2, match: {matching}, fields: {{pressure: 1}}}}\ndomain: {{box: [{}, {}], boundary: periodic}}\noutput: {{units: code}}\n",
                 corner("-1"),
                 corner("1"),
-                [50, 200, 300][d - 1],
+                [50, 200, 80][d - 1],
                 corner("-1.5"),
                 corner("1.5")
             );
@@ -587,7 +587,7 @@ fn a_medium_fills_what_a_body_leaves_of_its_domain() {
 #[test]
 fn a_medium_of_too_few_particles_to_show_is_told() {
     let text = "bodies: [{input: {expression: '1'}, domain: {ball: {center: [0, 0, 0], radius: 0.5}}, fields: {pressure: 1}, particles: 300}]\n\
-                ambient: {density: 1e-3, fields: {pressure: 1}}\ndomain: {box: [[-2, -2, -2], [2, 2, 2]], boundary: periodic}\n";
+                ambient: {density: 1e-3, fields: {pressure: 1}}\ndomain: {box: [[-1.4, -1.4, -1.4], [1.4, 1.4, 1.4]], boundary: periodic}\n";
     let (_, report) = placed(&Scene::parse(text).unwrap()).unwrap();
     assert!(report.warnings.iter().any(|w| w.contains("do not show a medium")), "{:?}", report.warnings);
     assert!(report.bodies[1].figures.as_ref().unwrap().mean_error > 0.05);

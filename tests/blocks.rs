@@ -244,7 +244,7 @@ fn parts_by_processes_of_their_own_are_the_files_of_one_and_the_seeds_of_a_run()
     };
     let path = |name: &str| folder.path(name).display().to_string();
     let scene = scene.display().to_string();
-    let common = ["seed", "--scene", &scene, "-n", "5000", "--files", "3", "--seeding", "mass-bisection"];
+    let common = ["seed", "--scene", &scene, "-n", "2000", "--files", "3", "--seeding", "mass-bisection"];
     let with = |more: &[&str]| -> Vec<String> { common.iter().chain(more).map(|s| (*s).to_owned()).collect() };
     let call = |more: &[&str]| {
         let args = with(more);
@@ -264,7 +264,7 @@ fn parts_by_processes_of_their_own_are_the_files_of_one_and_the_seeds_of_a_run()
         "--scene",
         &scene,
         "-n",
-        "5000",
+        "2000",
         "--iterations",
         "0",
         "--polish",
@@ -286,9 +286,9 @@ fn parts_by_processes_of_their_own_are_the_files_of_one_and_the_seeds_of_a_run()
     };
     let ((parts, in_parts), (plain, in_one)) = (sorted("out/own.h5"), sorted("out/plain.h5"));
     assert!(parts == plain, "the same places");
-    assert_eq!((in_parts.header.box_size, parts.len()), (in_one.header.box_size, 5000));
+    assert_eq!((in_parts.header.box_size, parts.len()), (in_one.header.box_size, 2000));
     let ids = in_parts.species[0].table.column(names::PARTICLE_IDS).unwrap().values.clone();
-    assert_eq!(ids, Values::I64((1..=5000).collect()));
+    assert_eq!(ids, Values::I64((1..=2000).collect()));
     let mass = |f: &ParticleFile| f.species[0].table.column(names::MASSES).unwrap().values.to_f64().iter().sum::<f64>();
     assert!((mass(&in_parts) / mass(&in_one) - 1.0).abs() < 1e-6);
 }

@@ -98,11 +98,11 @@ fn smoothing_lengths_in_swift_grow_no_farther_than_thin_boxes_allow() {
 #[test]
 fn a_snapshot_without_units_is_not_silently_run_without_gravity() {
     let folder = Folder::new();
-    place(&folder, &profile("evrard"), ("swift", "ic.hdf5"), &["-n", "500"]);
+    place(&folder, &profile("evrard"), ("swift", "ic.hdf5"), &["-n", "150"]);
     let source = folder.path("out").join("ic.hdf5").display().to_string();
     let again = folder.path("out").join("again.hdf5").display().to_string();
     let options =
-        ["--in", &source, "-n", "300", "--boundary", "open", "--for", "swift", "--parameters", "--out", &again];
+        ["--in", &source, "-n", "100", "--boundary", "open", "--for", "swift", "--parameters", "--out", &again];
     let report = succeed(&options).stdout;
     let yml = text(&folder, "again.yml");
     assert!(!yml.contains("Gravity:") && yml.contains("# beware: SWIFT is started without gravity"), "{yml}");
