@@ -230,11 +230,11 @@ impl<const D: usize> Fitted<D> {
     /// How far they reach at most, where the list does not reach far enough to be sure.
     fn listed(&self, x: &[f64; D], near: usize, distance: f64) -> std::result::Result<Vec<(usize, f64)>, f64> {
         let mut found: Vec<(usize, f64)> = Vec::with_capacity(Self::MEANT + 1);
-        for &i in self.particles.list_of(near) {
-            let next = (i as usize, self.particles.distance(i as usize, x));
+        for (i, span) in self.particles.spanned_list_of(near) {
+            let next = (i, self.particles.distance(i, x));
             if let Some(last) = found.get(Self::MEANT - 1) {
                 // Those that follow in the list are farther from its middle, so that `x` is no nearer to them either.
-                if self.particles.distance(i as usize, self.point(near)) >= last.1 + distance {
+                if span >= last.1 + distance {
                     break;
                 }
                 if nearer(&next, last).is_ge() {

@@ -26,6 +26,8 @@ pub(super) struct Listed<const D: usize> {
     /// The points about each one by their distance, itself first, so many for each; none where there are no more than these.
     lists: Vec<u32>,
     count: usize,
+    /// No more than their distances from it, which are not to be found anew for each place.
+    spans: Vec<f32>,
     /// How far they reach; 0 where the nearest image of a point is not the only one.
     reach: Vec<f64>,
     /// Unlike that of any others.
@@ -51,6 +53,7 @@ impl<const D: usize> Listed<D> {
             domain: domain.clone(),
             points: points.iter().map(|p| domain.wrapped(p)).collect(),
             lists: Vec::new(),
+            spans: Vec::new(),
             count,
             reach: Vec::new(),
             number: COUNT.fetch_add(1, Ordering::Relaxed),
@@ -68,10 +71,10 @@ impl<const D: usize> Listed<D> {
             let found = self.cloud.nearest(&self.points[i], self.count);
             let reach = found.last().map_or(0.0, |f| f.1);
             let reach = if 2.0 * reach < period { reach } else { 0.0 };
-            (found.into_iter().map(|f| f.0 as u32).collect::<Vec<u32>>(), reach)
+            (found.into_iter().map(|f| (f.0 as u32, below(f.1))).collect::<Vec<(u32, f32)>>(), reach)
         });
         self.reach = found.iter().map(|f| f.1).collect();
-        self.lists = found.into_iter().flat_map(|f| f.0).collect();
+        (self.lists, self.spans) = found.into_iter().flat_map(|f| f.0).unzip();
     }
 
     fn shortest_period(&self) -> f64 {
@@ -91,6 +94,12 @@ impl<const D: usize> Listed<D> {
     /// The list of `i`; empty where there are none.
     pub(super) fn list_of(&self, i: usize) -> &[u32] {
         self.lists.get(i * self.count..(i + 1) * self.count).unwrap_or_default()
+    }
+
+    /// The same, each with no more than its distance from `i`.
+    pub(super) fn spanned_list_of(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let spans = self.spans.get(i * self.count..(i + 1) * self.count).unwrap_or_default();
+        self.list_of(i).iter().zip(spans).map(|(&j, &span)| (j as usize, f64::from(span)))
     }
 
     /// How far the list of `i` reaches; 0 where that is not known.
@@ -161,10 +170,9 @@ impl<const D: usize> Listed<D> {
         for _ in 0..STEPS {
             let (middle, distance) = best;
             let (mut alike, mut is_sure) = (ALIKE * distance, self.is_sure(best));
-            for &j in self.list_of(middle) {
-                let j = j as usize;
+            for (j, span) in self.spanned_list_of(middle) {
                 // Those that follow are no nearer to `x`.
-                if self.distance(j, &self.points[middle]) > 2.0 * ALIKE * distance {
+                if span > 2.0 * ALIKE * distance {
                     break;
                 }
                 let next = (j, self.distance(j, x));
@@ -185,6 +193,12 @@ impl<const D: usize> Listed<D> {
     fn is_sure(&self, (i, distance): (usize, f64)) -> bool {
         2.0 * ALIKE * ALIKE * distance < self.reach(i)
     }
+}
+
+/// The largest number of single precision that is no more.
+fn below(value: f64) -> f32 {
+    let near = value as f32;
+    if f64::from(near) > value { near.next_down() } else { near }
 }
 
 #[cfg(test)]

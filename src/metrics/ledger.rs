@@ -16,7 +16,7 @@ use serde::Serialize;
 use sph::domain::{Axis, Domain};
 use sph::exchange::{Alone, Exchange};
 use sph::parallel;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// How well particles keep to the ledger.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -87,7 +87,29 @@ pub struct Ledger<const D: usize> {
     count: usize,
     /// What the target was divided into first, where it was.
     cells: Vec<Cell<D>>,
-    points: OnceLock<Option<MassPoints<D>>>,
+    points: OnceLock<Option<Arc<MassPoints<D>>>>,
+}
+
+/// That of a target, made when it is first asked for.
+pub struct LedgerOf<'a, const D: usize> {
+    target: Target<'a, D>,
+    ledger: OnceLock<Ledger<D>>,
+}
+
+impl<'a, const D: usize> LedgerOf<'a, D> {
+    pub const fn new(target: Target<'a, D>) -> Self {
+        Self { target, ledger: OnceLock::new() }
+    }
+
+    pub fn get(&self) -> &Ledger<D> {
+        self.ledger.get_or_init(|| Ledger::new(&self.target))
+    }
+
+    /// The points of mass of the whole target, where `target` is that: a stage is of it, of a part of it or of fewer particles.
+    pub(crate) fn points_of_whole(&self, target: &Target<'_, D>) -> Option<Option<Arc<MassPoints<D>>>> {
+        let is_whole = target.count == self.target.count && target.part.is_none() && self.target.part.is_none();
+        is_whole.then(|| self.get().shared_points(&self.target))
+    }
 }
 
 /// A box: a cut one, whose left half comes next, or the smallest.
@@ -132,11 +154,20 @@ impl<const D: usize> Ledger<D> {
 
     /// The target as points of mass, found when they are first asked for; none where it is zero wherever it is looked at.
     pub(super) fn points(&self, target: &Target<'_, D>) -> Option<&MassPoints<D>> {
+        self.find_points(target).as_deref()
+    }
+
+    /// The same, to be kept by others.
+    fn shared_points(&self, target: &Target<'_, D>) -> Option<Arc<MassPoints<D>>> {
+        self.find_points(target).clone()
+    }
+
+    fn find_points(&self, target: &Target<'_, D>) -> &Option<Arc<MassPoints<D>>> {
         let find = || match self.for_all(target) {
             all if self.cells.is_empty() || MassPoints::are_too_many(&all) => MassPoints::new(&all),
             all => Some(MassPoints::of_cells(&all, &self.cells)),
         };
-        self.points.get_or_init(find).as_ref()
+        self.points.get_or_init(|| find().map(Arc::new))
     }
 
     fn for_all<'a>(&self, target: &Target<'a, D>) -> Target<'a, D> {

@@ -26,7 +26,7 @@ pub use density_error::{DensityError, ErrorFigures};
 pub use density_fold::{DensityFold, FiguresFold, Ratios};
 pub use detail::{Detail, Wanted};
 pub use isotropy::BondOrder;
-pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, RegionFigures};
+pub use ledger::{IN_PLACE, Ledger, LedgerFigures, LedgerLevel, LedgerOf, RegionFigures};
 pub use measured::Measured;
 pub use minimum::lowest_epsilon;
 pub use neighbors::NeighborFigures;

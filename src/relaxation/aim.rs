@@ -8,6 +8,7 @@
 //! 1 + psi, psi(x) = int W(|x - y|, H(y)) n*(y)/n_s(y) d^d y, which varies about a layer. A potential -psi holds particles against that.
 
 use super::snapshot::rows;
+use crate::metrics::LedgerOf;
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target, at};
 use serde::{Deserialize, Serialize};
@@ -213,9 +214,11 @@ impl<const D: usize> Points<D> {
         self.points.is_some()
     }
 
-    /// Finds them; whether there are any.
-    pub fn find(&mut self, target: &Target<'_, D>) -> bool {
-        self.points.get_or_insert_with(|| MassPoints::new(target).map(Arc::new)).is_some()
+    /// Finds them, in the `ledger` where that is of the same target; whether there are any.
+    pub fn find(&mut self, target: &Target<'_, D>, ledger: Option<&LedgerOf<'_, D>>) -> bool {
+        let known = || ledger.and_then(|ledger| ledger.points_of_whole(target));
+        let find = || known().unwrap_or_else(|| MassPoints::new(target).map(Arc::new));
+        self.points.get_or_insert_with(find).is_some()
     }
 
     pub fn get(&self) -> Option<&MassPoints<D>> {

@@ -6,12 +6,14 @@ use super::fit::{Fit, fit_among, interior_among, resolved};
 use super::hold::{Held, Hold};
 use super::interfaces::Interfaces;
 use super::layers::Layers;
+use crate::metrics::LedgerOf;
 use crate::target::at;
 use serde::{Deserialize, Serialize};
 use sph::kernel::{KernelName, support_over_spacing};
 use sph::lanes::Real;
 use sph::sums::{DensitySums, Search};
 use sph::{parallel, reduce};
+use std::sync::Arc;
 
 /// The objective of an arrangement that changes.
 pub(super) struct Objective<'a, const D: usize, R> {
@@ -27,6 +29,8 @@ pub(super) struct Objective<'a, const D: usize, R> {
     /// Where the target is not resolved; none where it is.
     pub aims: Option<Aims<D>>,
     pub points: Points<D>,
+    /// What is known of the whole target already.
+    pub ledger: Option<Arc<LedgerOf<'a, D>>>,
     /// Particles that move along layers thinner than their spacing; none where there are none.
     pub layers: Option<Layers<D>>,
     /// Which particles stay, of a block of a target.
@@ -120,6 +124,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
             evaluations: 0,
             aims: None,
             points: Points::unknown(),
+            ledger: None,
             layers: None,
             holds: None,
             common: None,
@@ -195,7 +200,7 @@ impl<'a, const D: usize, R: Real> Objective<'a, D, R> {
         let Some(aims) = &mut self.aims else { return false };
         let arrangement = &self.arrangement;
         let (Arrangement { kernel, domain, target, .. }, positions) = (arrangement, arrangement.positions());
-        if !self.points.find(target) {
+        if !self.points.find(target, self.ledger.as_deref()) {
             return false;
         }
         let ratio =

@@ -38,6 +38,7 @@ use super::report::{Progress, StageName, StageReport, StopReason};
 use super::schedule::{SolverOptions, Stretch, weight_with};
 use super::snapshot::{Check, Trace, axes, decode, encode, rows};
 use super::stage::{Particles, Relaxed, Running, Stage};
+use crate::metrics::LedgerOf;
 use crate::target::mass_points::MassPoints;
 use crate::target::{Positions, Target};
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,8 @@ pub struct DensitySolver<'a, const D: usize, R = f32> {
     common: Option<f64>,
     /// Points of mass about a block, where its particles may aim at the smoothed target.
     points: Option<Arc<MassPoints<D>>>,
+    /// What is known of the whole target already.
+    ledger: Option<Arc<LedgerOf<'a, D>>>,
     precision: PhantomData<R>,
 }
 
@@ -125,6 +128,7 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
         if let Some(points) = &self.points {
             solver.objective.points = Points::of_block(Arc::clone(points));
         }
+        solver.objective.ledger.clone_from(&self.ledger);
         solver.objective.see_interfaces(None);
         if schedule[0].kernel != self.kernel {
             // What the end is compared with.
@@ -149,7 +153,7 @@ impl<const D: usize, R: Real> OverRanks<D> for DensitySolver<'_, D, R> {
 
 impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     pub fn new(kernel: KernelName, target: Target<'a, D>, options: SolverOptions) -> Self {
-        Self { kernel, target, options, holds: &[], common: None, points: None, precision: PhantomData }
+        Self { kernel, target, options, holds: &[], common: None, points: None, ledger: None, precision: PhantomData }
     }
 
     /// The same for a block of the target, among particles of others that stay where they are; they come out as they are given.
@@ -157,6 +161,12 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
     #[must_use]
     pub fn within(self, holds: &'a [Hold], common: Option<f64>) -> Self {
         Self { holds, common, ..self }
+    }
+
+    /// With what is known of the whole target.
+    #[must_use]
+    pub fn knowing(self, ledger: Arc<LedgerOf<'a, D>>) -> Self {
+        Self { ledger: Some(ledger), ..self }
     }
 
     /// With points of mass about the block.
@@ -206,6 +216,7 @@ impl<'a, const D: usize, R: Real> DensitySolver<'a, D, R> {
         }
         (objective.aims, objective.layers) = (aims, layers);
         objective.points.strength = strength;
+        objective.ledger.clone_from(&self.ledger);
         let solver = Solver::<D, R> { objective, options: &self.options, exchange, trace: trace.resumed() };
         Ok(Box::new(Run { solver, schedule, index, descent, before }))
     }

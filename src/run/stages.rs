@@ -7,7 +7,7 @@ use super::gathered::agreed;
 use super::plan::{Plan, TRIM_ITERATIONS};
 use super::report::Timing;
 use crate::error::{Error, Result};
-use crate::metrics::{Aim, Ledger, Quality};
+use crate::metrics::{Aim, Ledger, LedgerOf, Quality};
 use crate::relaxation::{
     self, AFC, ALARIC, Accepted, AfcOptions, Alaric, AlaricOptions, AwayFromClosest, BALANCE, BalanceOptions, ByBody,
     Control, DAMPED_RELAXATION, DensitySolver, Event, Holding, Judge, MassTrimming, OnRanks, Others, OverRanks,
@@ -19,7 +19,7 @@ use crate::seeding::{self, Seeded, Seeding};
 use crate::target::{Equilibrium, Positions, Target};
 use sph::exchange::{Alone, Exchange};
 use sph::kernel::{makes_pairs, own_count};
-use std::sync::OnceLock;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Placed particles, and how they came there.
@@ -47,7 +47,7 @@ pub struct Setting<'a, const D: usize> {
     pub control: &'a Control<'a>,
     /// Over which ranks the particles are.
     exchange: &'a dyn Exchange,
-    ledger: OnceLock<Ledger<D>>,
+    ledger: Arc<LedgerOf<'a, D>>,
 }
 
 /// The table of stages: each with its options from the scene.
@@ -60,7 +60,9 @@ fn stage<'a, const D: usize>(name: StageName, setting: &Setting<'a, D>, plan: &P
         }
         SOLVER => {
             let options = setting.solver(plan);
-            setting.shared(name, target, plan, move |target| DensitySolver::<D>::new(kernel, target, options))
+            let ledger = Arc::clone(&setting.ledger);
+            let make = move |target| DensitySolver::<D>::new(kernel, target, options).knowing(Arc::clone(&ledger));
+            setting.shared(name, target, plan, make)
         }
         ALARIC | DAMPED_RELAXATION => {
             Box::new(Alaric::<D>::new(name, kernel, target, setting.alaric(name), plan.splittings))
@@ -166,7 +168,7 @@ impl<'a, const D: usize> Setting<'a, D> {
         equilibrium: Option<&'a dyn Equilibrium<D>>,
         control: &'a Control<'a>,
     ) -> Self {
-        Self { scene, target, equilibrium, control, exchange: &Alone, ledger: OnceLock::new() }
+        Self { scene, target, equilibrium, control, exchange: &Alone, ledger: Arc::new(LedgerOf::new(target)) }
     }
 
     /// The same where the particles are over several ranks, all of which run the stages together.
@@ -269,7 +271,7 @@ impl<'a, const D: usize> Setting<'a, D> {
 
     /// The target's masses in boxes: found once, at the first measure.
     pub fn ledger(&self) -> &Ledger<D> {
-        self.ledger.get_or_init(|| Ledger::new(&self.target))
+        self.ledger.get()
     }
 
     /// Particles that are relaxed by WVT against those that are `held`, with whether densities jump between them, in the order in which they are

@@ -3,7 +3,7 @@
 use crate::field::cloud::Cloud;
 use crate::field::listed::Listed;
 use nalgebra::{SMatrix, SVector};
-use sph::domain::Domain;
+use sph::domain::{Axis, Domain};
 use std::cell::Cell;
 use std::fmt;
 use std::sync::Arc;
@@ -163,17 +163,25 @@ impl<const D: usize> Outline<D> {
     }
 
     /// The level at `x`, `distance` from particle `i`; `None` where nothing reaches.
-    fn level(&self, x: &[f64; D], (i, distance): (usize, f64)) -> Option<f64> {
+    fn level(&self, x: &[f64; D], near: (usize, f64)) -> Option<f64> {
+        match self.domain.axes.contains(&Axis::Periodic) {
+            true => self.level_by(|at| self.domain.displacement(x, at), near),
+            false => self.level_by(|at| sph::array(|k| at[k] - x[k]), near),
+        }
+    }
+
+    /// The same, with the way to the places of particles.
+    #[inline]
+    fn level_by(&self, offset: impl Fn(&[f64; D]) -> [f64; D], (i, distance): (usize, f64)) -> Option<f64> {
         let (mut sum, mut reach, mut mean) = (0.0, 0.0, [0.0; D]);
         for blob in self.reaching(i, distance) {
-            let offset = self.domain.displacement(x, &blob.at);
-            let left = 1.0 - offset.iter().map(|v| v * v).sum::<f64>() * blob.narrowness;
-            if left > 0.0 {
-                let weight = blob.volume * left * left * left;
-                sum += weight;
-                reach += weight * blob.mark;
-                (0..D).for_each(|k| mean[k] += weight * offset[k]);
-            }
+            let offset = offset(&blob.at);
+            // Nothing instead of a branch for those that do not reach: which they are is not to be foreseen.
+            let left = (1.0 - offset.iter().map(|v| v * v).sum::<f64>() * blob.narrowness).max(0.0);
+            let weight = blob.volume * left * left * left;
+            sum += weight;
+            reach += weight * blob.mark;
+            (0..D).for_each(|k| mean[k] += weight * offset[k]);
         }
         (sum > 0.0).then(|| (length(&mean) - beside_plane(D) * reach) / sum)
     }
