@@ -33,6 +33,8 @@ pub(crate) mod number;
 pub(crate) mod parts;
 #[cfg(any(feature = "fgong", feature = "wdec", feature = "kepler"))]
 pub(crate) mod points;
+#[cfg(any(feature = "obj", feature = "ply"))]
+mod polygon;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]
 pub(crate) mod quantity;
 #[cfg(any(feature = "hdf5-layer", feature = "gadget-binary", feature = "phantom"))]

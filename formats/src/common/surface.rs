@@ -1,5 +1,7 @@
 //! Code shared by the readers of surfaces: from points and facets to a field.
 
+#[cfg(any(feature = "obj", feature = "ply"))]
+use super::polygon;
 use crate::error::{FormatError, Result};
 use crate::model::{Geometry, RawField};
 use crate::registry::FileContent;
@@ -48,12 +50,10 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// Adds a polygon as a fan of triangles about its first corner. A plane one need not be convex: what parts of the fan
-    /// cover twice they cover with opposite signs.
+    /// Adds a polygon of points that are known before as triangles.
+    #[cfg(any(feature = "obj", feature = "ply"))]
     pub fn add_polygon(&mut self, corners: &[u32]) {
-        if let [first, rest @ ..] = corners {
-            self.triangles.extend(rest.windows(2).flat_map(|pair| [*first, pair[0], pair[1]]));
-        }
+        self.triangles.extend(polygon::triangles(&self.points, corners));
     }
 
     /// Triangles where there are some; else segments that lie in a plane of constant z, as a curve in two dimensions.

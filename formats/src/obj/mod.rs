@@ -7,7 +7,7 @@
 //! | `l A B ...` | chain of segments |
 //! | `vt vn vp o g s mtllib usemtl` | not read |
 //!
-//! A backslash at the end of a line continues it. Polygons become fans of triangles. Curved surfaces (`curv`, `surf` and the
+//! A backslash at the end of a line continues it. Polygons become triangles. Curved surfaces (`curv`, `surf` and the
 //! like) are left out with a note. There are no units.
 
 #[cfg(feature = "obj")]

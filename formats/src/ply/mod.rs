@@ -13,7 +13,7 @@
 //! end_header
 //! ```
 //!
-//! Quirks: other elements and properties are passed over. Polygons become fans of triangles; strips of triangles (`tristrips`)
+//! Quirks: other elements and properties are passed over. Polygons become triangles; strips of triangles (`tristrips`)
 //! end with -1, and turn every other triangle. There are no units.
 
 #[cfg(feature = "ply")]
