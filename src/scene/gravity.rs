@@ -26,6 +26,13 @@ impl Scene {
         self.input.disc().is_some() || self.bodies.iter().any(|body| body.input.disc().is_some())
     }
 
+    /// Whether no gas of the scene feels its own gravity, but that of others: discs without `self_gravity`.
+    pub(crate) fn has_light_gas(&self) -> bool {
+        let bodies = self.bodies.iter().filter(|b| b.point_mass.is_none() && b.collisionless.is_none());
+        let mut gas = bodies.map(|b| &b.input).chain(self.bodies.is_empty().then_some(&self.input));
+        self.ambient.is_none() && gas.all(|input| input.disc().is_some_and(|disc| !disc.self_gravity))
+    }
+
     /// Whether the gas of a disc has temperatures that the scene's code keeps by place.
     pub(crate) fn keeps_disc_temperatures(&self) -> bool {
         self.has_disc() && self.code().is_some_and(|code| code.cools_discs_by_distance())

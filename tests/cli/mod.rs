@@ -11,6 +11,7 @@ mod layouts;
 mod pages;
 mod parameters;
 mod parameters_of_files;
+mod phantom;
 mod reference;
 mod runs;
 mod streams;

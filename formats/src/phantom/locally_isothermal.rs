@@ -15,22 +15,36 @@ pub struct LocallyIsothermal {
     pub squared_speed: f64,
     /// q, above 0.
     pub fall: f64,
+    /// Number of the star among the point masses, from 1.
+    pub sink: usize,
 }
 
 impl LocallyIsothermal {
-    /// That of a disc about the one point mass of a file whose header says that its gas is one.
+    /// That of a disc about one of the point masses of a file whose header says that its gas is one.
     pub fn of(file: &ParticleFile) -> Option<Self> {
-        file.header.provenance.iter().find(|(key, _)| key == DISC_KEY)?;
-        let mut points = file.species.iter().filter(|s| s.table.is_of_points() && s.table.count > 0);
-        let (star, gas) = (points.next()?, file.species.iter().find(|s| s.part_type == 0 && !s.table.is_of_points())?);
-        if points.next().is_some() || star.table.count != 1 {
+        if !Self::is_meant(file) {
             return None;
         }
-        let center = place(&star.table, 0)?;
-        let energies = gas.table.column(names::INTERNAL_ENERGY)?;
+        let points = file.species.iter().filter(|s| s.table.is_of_points());
+        let places = points.flat_map(|s| (0..s.table.count).map(|i| place(&s.table, i)));
+        let gas = file.species.iter().find(|s| s.part_type == 0 && !s.table.is_of_points())?;
         let gamma = file.header.adiabatic_index();
-        let logarithms = (0..gas.table.count).map(|i| {
-            let x = place(&gas.table, i)?;
+        let about = |(i, center): (usize, Option<[f64; 3]>)| {
+            Some(Self { sink: i + 1, ..Self::about(&center?, &gas.table, gamma)? })
+        };
+        places.enumerate().find_map(about)
+    }
+
+    /// Whether the header says that the gas has temperatures of its place.
+    pub fn is_meant(file: &ParticleFile) -> bool {
+        file.header.provenance.iter().any(|(key, _)| key == DISC_KEY)
+    }
+
+    /// That of gas about a point.
+    fn about(center: &[f64; 3], gas: &ParticleTable, gamma: f64) -> Option<Self> {
+        let energies = gas.column(names::INTERNAL_ENERGY)?;
+        let logarithms = (0..gas.count).map(|i| {
+            let x = place(gas, i)?;
             let distance = (0..3).map(|k| (x[k] - center[k]).powi(2)).sum::<f64>().sqrt();
             Some([distance.ln(), ((gamma - 1.0) * energies.values.get(i)).ln()])
         });
@@ -45,7 +59,7 @@ impl LocallyIsothermal {
         let slope = mean(&|p| (p[0] - middle[0]) * (p[1] - middle[1])) / spread;
         let scatter = mean(&|p| (p[1] - middle[1] - slope * (p[0] - middle[0])).powi(2)).sqrt();
         let is_law = slope < -SCATTER && scatter < SCATTER;
-        is_law.then(|| Self { squared_speed: (middle[1] - slope * middle[0]).exp(), fall: -0.5 * slope })
+        is_law.then(|| Self { squared_speed: (middle[1] - slope * middle[0]).exp(), fall: -0.5 * slope, sink: 1 })
     }
 }
 

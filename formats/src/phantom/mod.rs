@@ -33,7 +33,7 @@
 //! are of the first type of 1, 5, 4, 3, 2 that no other particles have.
 //!
 //! The gas of a disc about one point mass whose temperature is a power of the distance from it (the header says that it is a disc) is Phantom's
-//! `ieos = 6`: gamma = 1, RK2 = 3/2 K, qfacdisc = q and isink = 1 in the header.
+//! `ieos = 6`: gamma = 1, RK2 = 3/2 K, qfacdisc = q and isink, the number of the star, in the header.
 //!
 //! Layout after Phantom's `src/main/readwrite_dumps_fortran.f90`, `readwrite_dumps_common.f90` and `utils_dumpfiles.f90`.
 //! Records of 2 GiB and more are split as gfortran does it: a negative length says that more follows or came before.

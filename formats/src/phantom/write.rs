@@ -49,8 +49,9 @@ pub(super) fn write(path: &Path, particles: &ParticleFile, options: WriteOptions
     for (&species, planned) in others.iter().zip(&plan).filter(|(s, _)| s.table.count > 0) {
         let itype = itype(species).ok_or_else(|| {
             job.refuse(format!(
-                "Phantom has no particles of type {}; leave them out (`convert --types`)",
-                species.part_type
+                "Phantom has no particles of type {}; leave them out (`convert --types {}`)",
+                species.part_type,
+                known_types(particles)
             ))
         })?;
         kindred.push(Kindred { species, planned, itype, mass: one_mass(&job, species)?, first_id, energy });
@@ -109,6 +110,12 @@ fn has_dust_fraction(kindred: &[Kindred]) -> bool {
     kindred.iter().flat_map(|k| k.planned).any(|p| p.name == DUST_FRACTION)
 }
 
+/// Types of a file that Phantom has.
+fn known_types(particles: &ParticleFile) -> String {
+    let known = particles.species.iter().filter(|s| s.table.is_of_points() || itype(s).is_some());
+    known.map(|s| s.part_type.to_string()).collect::<Vec<_>>().join(",")
+}
+
 enum Items {
     Ints(Kind, Vec<(&'static str, i64)>),
     Reals(Kind, Vec<(&'static str, f64)>),
@@ -131,7 +138,7 @@ fn header(
     let small = i64::from(has_dust_fraction(kindred));
     ints.extend([("nblocks", 1), ("nptmass", sinks as i64), ("ndustlarge", large), ("ndustsmall", small)]);
     ints.extend([("idust", i64::from(DUST)), ("idtmax_n", 1), ("idtmax_frac", 0)]);
-    ints.extend(law.map(|_| ("isink", 1)));
+    ints.extend(law.map(|law| ("isink", law.sink as i64)));
     let h = job.header;
     let time = h.time * factor(job, UnitDimension::TIME);
     let gamma = if law.is_some() { 1.0 } else { h.adiabatic_index() };

@@ -119,7 +119,7 @@ impl Stated<'_> {
         notes.push(self.describe(&gas));
         notes.extend(fall.map(|fall| {
             format!(
-                "the gas has the temperature of its distance from the star, as the code keeps it: sound speeds fall as r^-{fall:.3}, and density and rotation are \
+                "the gas has the temperature of its distance from the star, as the code keeps it where this disc is all gas: sound speeds fall as r^-{fall:.3}, and density and rotation are \
                  in equilibrium with that"
             )
         }));

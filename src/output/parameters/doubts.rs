@@ -3,6 +3,7 @@
 use super::facts::{Doubts, Facts};
 use crate::codes::{AS_PLANETARY, Contrast};
 use sph_formats::common::particle_names as names;
+use sph_formats::phantom::LocallyIsothermal;
 
 /// Reaches of a kernel in the shortest edge of a periodic box, below which a particle meets two images of another.
 const IMAGES: f64 = 2.0;
@@ -124,6 +125,12 @@ pub(super) fn doubts(facts: &Facts<'_>) -> Doubts {
     if let Some(constant) = facts.gravity.and_then(|g| g.stated).filter(|g| name == "phantom" && *g != 1.0) {
         doubts.push(format!(
             "the constant of gravity of {title} is 1 in pure numbers, but the scene's is {constant}: state its units, or scale its masses"
+        ));
+    }
+    if name == "phantom" && LocallyIsothermal::is_meant(facts.file) && LocallyIsothermal::of(facts.file).is_none() {
+        doubts.push(format!(
+            "{title} keeps temperatures of the distance from a star (`ieos = 6`) where one disc is all gas of the file and they fall by one power of it: it \
+             computes this file's gas as adiabatic (`ieos = 2`)"
         ));
     }
     match name {

@@ -38,6 +38,8 @@ pub(crate) struct Physics {
     reflects: bool,
     /// A disc is among the bodies, whose gas is sheared.
     has_disc: bool,
+    /// The gas feels the gravity of others alone.
+    has_light_gas: bool,
     /// A force that is not the particles' own holds the gas, as the scene says, or the balance by default.
     pub in_field: bool,
     /// Particles of dust are among the others.
@@ -57,6 +59,7 @@ impl Physics {
             is_attracted: !scene.gravity_of.is_empty() && scene.bodies.is_empty() && scene.input.others.is_none(),
             reflects: scene.has_walls(),
             has_disc: scene.has_disc(),
+            has_light_gas: scene.has_light_gas(),
             in_field: scene.is_in_field(),
             has_grains: scene.has_grains(),
             of_snapshot: false,
@@ -111,6 +114,8 @@ pub(super) struct Facts<'a> {
     pub holds_itself: bool,
     pub reflects: bool,
     pub has_disc: bool,
+    /// The gas feels the gravity of others alone, whatever there is of it.
+    pub has_light_gas: bool,
     pub in_field: bool,
     pub has_grains: bool,
     /// Gas particles that each of the file's stands for.
@@ -196,6 +201,7 @@ impl<'a> Facts<'a> {
             holds_itself: physics.of_numbers.is_some(),
             reflects: physics.reflects,
             has_disc: physics.has_disc,
+            has_light_gas: physics.has_light_gas,
             in_field: physics.in_field,
             has_grains: physics.has_grains,
             stands_for: physics.stands_for,

@@ -29,7 +29,7 @@ impl Facts<'_> {
             let value = if *key == "ieos" && is_isothermal { "6" } else { value };
             let is_read = match *key {
                 // A build without gravity has no tree to be accurate.
-                "tree_accuracy" => self.gravity.is_some(),
+                "tree_accuracy" => self.phantom_has_gravity(),
                 key if OF_ENERGY.contains(&key) => !is_isothermal,
                 key if OF_VISCOSITY.contains(&key) => !self.has_disc,
                 _ => true,
@@ -46,6 +46,11 @@ impl Facts<'_> {
         text
     }
 
+    /// Whether the gas attracts itself: sinks attract it in any build.
+    fn phantom_has_gravity(&self) -> bool {
+        self.gravity.is_some() && !self.has_light_gas
+    }
+
     fn has_field(&self) -> bool {
         self.gas.column(names::MAGNETIC_FIELD).is_some()
     }
@@ -58,7 +63,7 @@ impl Facts<'_> {
 
     /// Options of `make`, as far as the file depends on them.
     fn phantom_build(&self, is_isothermal: bool) -> String {
-        let mut options = vec![match (self.gravity.is_some(), is_isothermal) {
+        let mut options = vec![match (self.phantom_has_gravity(), is_isothermal) {
             // A star's setup has a gas with energies of its own.
             (true, true) => "SETUP=empty GRAVITY=yes ISOTHERMAL=yes",
             (false, true) => "SETUP=empty ISOTHERMAL=yes",
