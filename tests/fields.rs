@@ -388,6 +388,61 @@ fn fields_may_be_those_of_files_in_every_dimension() {
     }
 }
 
+/// Numbers of cells hold throughout them, so that jumps stay sharp, unless the scene says otherwise.
+#[test]
+fn fields_of_cells_are_steps_or_interpolated_as_the_scene_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cells.vtk");
+    let scene = |d: usize, more: &str| {
+        let list = |v: &str| vec![v; d].join(", ");
+        let text = format!(
+            "input: {{expression: '1'}}\ndomain: {{box: [[{}], [{}]]}}\nparticles: {}\noutput: {{box_factor: 1}}\npolish: none\n\
+             fields: {{q: {{file: '{}', variable: q{more}}}}}\n",
+            list("0"),
+            list("1"),
+            20 * d.pow(3),
+            path.display()
+        );
+        place(&Scene::parse(&text).unwrap(), FORMATS, &Control::default())
+    };
+    for d in 1..=3 {
+        let (cells, faces) = (8_usize.pow(d as u32), |k: usize| if k < d { 9 } else { 1 });
+        // 3 x + 1 in the middles of cells.
+        let values: String = (0..cells).map(|i| format!("{}\n", 3.0 * ((i % 8) as f64 + 0.5) / 8.0 + 1.0)).collect();
+        let text = format!(
+            "# vtk DataFile Version 3.0\ncells\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS {} {} {}\nORIGIN 0 0 0\nSPACING 0.125 0.125 0.125\n\
+             CELL_DATA {cells}\nSCALARS q double 1\nLOOKUP_TABLE default\n{values}",
+            faces(0),
+            faces(1),
+            faces(2)
+        );
+        std::fs::write(&path, text).unwrap();
+        let step = |x: &[f64]| vec![3.0 * ((8.0 * x[0]).floor().min(7.0) + 0.5) / 8.0 + 1.0];
+        // Beyond the middles of the outermost cells their values count.
+        let line = |x: &[f64]| vec![3.0 * x[0].clamp(1.0 / 16.0, 15.0 / 16.0) + 1.0];
+        let of = |more: &str| scene(d, more).unwrap_or_else(|e| panic!("{e}")).0;
+        assert!(deviation(&of(""), "q", step) < 1e-12, "{d}-D");
+        assert!(deviation(&of(", interpolation: nearest"), "q", step) < 1e-12, "{d}-D");
+        assert!(deviation(&of(", interpolation: linear"), "q", line) < 1e-12, "{d}-D");
+    }
+    // It is for grids, and some of it for cells.
+    let path = linear_grid(folder.path(), 2);
+    let nodes = format!(
+        "input: {{expression: '1'}}\ndomain: {{box: [[0, 0], [1, 1]]}}\nparticles: 50\nfields: {{q: {{file: '{}', variable: heat, interpolation: piecewise-linear}}}}\n",
+        path.display()
+    );
+    let error = place(&Scene::parse(&nodes).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
+    assert!(error.contains("fields.q.interpolation"), "{error}");
+    let table = folder.path().join("T.csv");
+    std::fs::write(&table, "radius,q\n0,1\n1,2\n2,3\n").unwrap();
+    let star = format!(
+        "input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}\nparticles: 50\npolish: none\nfields: {{q: {{file: '{}', interpolation: linear}}}}\n",
+        table.display()
+    );
+    let (_, report) = place(&Scene::parse(&star).unwrap(), FORMATS, &Control::default()).unwrap();
+    assert!(report.notes.iter().any(|n| n.starts_with("fields.q.interpolation is for grids")), "{:?}", report.notes);
+}
+
 /// A table by radius in its own units, about the center of a body in others.
 #[test]
 fn a_table_by_radius_is_about_the_center_of_the_body() {

@@ -2,11 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::field::{
-    Centering, FieldOptions, Interpolation, Missing, Period, ScalarField, Source, Staggering, from_raw, in_units_of,
+    Centering, FieldOptions, Missing, Period, ScalarField, Source, Staggering, from_raw, in_units_of,
     natural_dimension, total_mass,
 };
 use crate::input::constants::Constants;
 use crate::input::from_spacing::FromSpacing;
+use crate::input::interpolation::interpolation;
 use crate::input::particles::{LEFT_OUT, OfSnapshot, Snapshot, is_alone};
 use crate::input::profile::Numbers;
 use crate::input::roles::{
@@ -16,8 +17,8 @@ use crate::input::surfaces::{density_within, refuse_domain_of_a_surface, refuse_
 use crate::input::units::{RunUnits, named_unit};
 use crate::input::{beside, profile, request, shapes};
 use crate::scene::{
-    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, InterpolationName, MissingValues, OtherTypes,
-    ProfileInput, Quantity, ResolutionInput, Scene, StaggeringName, values, vector,
+    BoundaryName, CenteringName, Conversion, CylinderInput, DomainInput, MissingValues, OtherTypes, ProfileInput,
+    Quantity, ResolutionInput, Scene, StaggeringName, values, vector,
 };
 use crate::seeding::Seeding;
 use sph::domain::{Axis, Domain, Region, Wall};
@@ -406,12 +407,7 @@ fn field_options<const D: usize>(
     };
     let periodic = walls.map(|w| (w == Some(BoundaryName::Periodic)).then_some(Period::Auto));
     Ok(FieldOptions {
-        interpolation: scene.input.interpolation.map(|i| match i {
-            InterpolationName::PiecewiseLinear => Interpolation::PiecewiseLinear,
-            InterpolationName::Linear => Interpolation::Linear,
-            InterpolationName::Cubic => Interpolation::Cubic,
-            InterpolationName::Nearest => Interpolation::Constant,
-        }),
+        interpolation: scene.input.interpolation.map(interpolation),
         density_name: scene.density_name()?,
         missing: match scene.input.missing {
             MissingValues::Error => Missing::Error,

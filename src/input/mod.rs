@@ -19,6 +19,7 @@ mod halo;
 pub(crate) mod hydrostatics;
 pub mod ingest;
 pub(crate) mod internal_units;
+mod interpolation;
 pub mod particles;
 pub(crate) mod profile;
 pub(crate) mod refinement;

@@ -1,5 +1,6 @@
 //! The `fields` section of a scene: columns that particles carry in addition to their mass, from expressions or from files.
 
+use super::InterpolationName;
 use crate::error::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,10 @@ pub struct FieldFile {
     /// By default what the file's name and content say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
+    /// Between the values of a grid, or the particles of a snapshot; by default linear between nodes, and constant in each cell.
+    #[schemars(example = &"linear")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<InterpolationName>,
 }
 
 /// A name, or one for each component.

@@ -1,6 +1,6 @@
 //! The `input` section of a scene.
 
-use super::{CoreInput, DiscInput, HydrostaticInput, ProfileInput, Quantity, Term};
+use super::{CoreInput, DiscInput, HydrostaticInput, InterpolationName, ProfileInput, Quantity, Term};
 use crate::error::{Error, Result};
 use crate::field::Orientation;
 use schemars::JsonSchema;
@@ -193,22 +193,6 @@ pub(super) fn validate_orientation(key: &str, scale: &[f64], rotate: &[f64]) -> 
         return Err(Error::scene(format!("{key}.rotate"), problem));
     }
     Ok(())
-}
-
-/// Interpolation on grids, and between the particles of a snapshot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum InterpolationName {
-    /// The density has a slope in each direction within each cell, which conserves the cell's mass and keeps jumps sharp; carried variables are
-    /// constant in each cell. Default for cells of one size in Cartesian coordinates.
-    PiecewiseLinear,
-    /// Between the nearest nodes, or middles of cells, in each direction; on refined grids the same as `piecewise-linear`.
-    Linear,
-    /// Limited cubic, without overshoots; not on refined grids.
-    Cubic,
-    /// The value of the cell, or of the nearest node. For a snapshot, each particle's values hold throughout its Voronoi cell, which is the
-    /// default for AREPO; `linear` fits a smooth field to them, as to other snapshots.
-    Nearest,
 }
 
 /// Meaning of NaN and masked values of the density.

@@ -20,9 +20,11 @@ mod files;
 mod gravity;
 mod hydrostatic;
 mod input;
+mod interpolation;
 mod of_ambient;
 mod of_body;
 mod origin;
+mod own_turning;
 mod physics;
 mod planet;
 mod profile;
@@ -61,8 +63,11 @@ pub use fields::{FieldFile, FieldValue, FieldsInput, Term, VariableNames};
 pub(crate) use gravity::{SAME_GAS, is_heat};
 pub use hydrostatic::HydrostaticInput;
 pub(crate) use input::orientation;
-pub use input::{Atmosphere, CenteringName, Input, InterpolationName, MissingValues, OtherTypes, StaggeringName};
+pub use input::{Atmosphere, CenteringName, Input, MissingValues, OtherTypes, StaggeringName};
+pub use interpolation::InterpolationName;
 pub use origin::{OriginInput, OriginName};
+#[doc(hidden)]
+pub use own_turning::OwnTurning;
 pub use physics::{MaterialLayer, Motion, Thermal};
 pub use planet::{LayerInput, MaterialInput, PlanetInput, ThermalState};
 pub use profile::{PolytropeZone, ProfileInput};
@@ -206,6 +211,10 @@ pub struct Scene {
     #[schemars(example = serde_json::json!([{"input": {"profile": {"nfw": {"mass": "1e12 Msun", "scale_radius": "20 kpc", "outer_radius": "200 kpc"}}}}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gravity_of: Vec<AttractorInput>,
+    /// Of a body by itself that is followed: how it will turn among others. No key of the document.
+    #[doc(hidden)]
+    #[serde(skip)]
+    pub turning: OwnTurning,
     /// Materials by distance from the center, from the inside outward; they override carried ones.
     #[schemars(example = serde_json::json!([{"id": 402, "radius": 0.5}, {"id": 400}]))]
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -1,8 +1,8 @@
 //! The scenes of single bodies, and the keys that cannot be combined with them.
 
 use super::{
-    AttractorInput, BodyInput, BoundaryName, DomainInput, Input, Motion, OriginInput, OriginName, Scene, Thermal,
-    check_all, in_body,
+    AttractorInput, BodyInput, BoundaryName, DomainInput, Input, Motion, OriginInput, OriginName, OwnTurning, Scene,
+    Thermal, check_all, in_body,
 };
 use crate::error::{Error, Result};
 use sph_formats::UnitDimension;
@@ -11,6 +11,7 @@ impl Scene {
     /// The scene of one body by itself, for as many particles as it is to have; without any before that is known.
     pub(crate) fn of_body(&self, index: usize, particles: Option<usize>) -> Self {
         let body = &self.bodies[index];
+        let certify = self.certify_at_once().filter(|_| body.collisionless.is_none() && !self.holds_its_medium());
         Self {
             input: body.input.clone(),
             resolution: body.resolution.clone(),
@@ -22,7 +23,7 @@ impl Scene {
                 Some(_) => body.balance.clone(),
                 None => body.balance.clone().or(self.balance.clone()),
             },
-            certify: self.certify_at_once().filter(|_| body.collisionless.is_none() && !self.holds_its_medium()),
+            certify,
             fields: body.fields.clone(),
             turbulence: body.turbulence.clone(),
             thermal: body.thermal.clone().unwrap_or_else(|| match body.collisionless {
@@ -31,6 +32,10 @@ impl Scene {
             }),
             collisionless: body.collisionless.clone(),
             dust: body.dust.clone(),
+            turning: match certify {
+                Some(_) => OwnTurning { spin: body.spin.clone(), orientation: body.orientation.clone() },
+                None => OwnTurning::default(),
+            },
             gravity_of: self.others_about(index).into_iter().chain(body.gravity_of.iter().cloned()).collect(),
             material: body.material.clone(),
             ..self.without_bodies()
@@ -65,6 +70,7 @@ impl Scene {
             balance: body.balance.clone(),
             thermal: body.thermal.clone().unwrap_or_default(),
             certify: None,
+            turning: OwnTurning::default(),
             order: None,
             trim_masses: None,
             gravity_of: Vec::new(),

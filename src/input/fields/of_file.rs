@@ -3,6 +3,7 @@
 use super::variables::{Base, Term};
 use crate::error::{Error, Result};
 use crate::field::{CarriedField, CarriedInfo, FieldOptions, Period, Source, from_particles, from_raw, probes};
+use crate::input::interpolation::interpolation;
 use crate::input::particles::Snapshot;
 use crate::input::roles::{apply, assign};
 use crate::input::stated_units::units_in_field;
@@ -18,6 +19,9 @@ use std::sync::Arc;
 
 /// A density for the interpolant, which has none of its own here: no file has a variable of this name.
 const ONES: &str = "\0";
+
+/// The key that the interpolants' notes and errors name.
+const INTERPOLATION: &str = "input.interpolation";
 
 /// Part by which the periods of one box differ.
 const SAME: f64 = 1e-6;
@@ -108,6 +112,9 @@ impl<const D: usize> Reader<'_, D> {
         };
         let source = self.source(raw, chosen, (particles, mapping.scale))?;
         self.cover(&source.domain, &mapping)?;
+        let own = format!("fields.{}.interpolation", self.name);
+        let unused = source.notes.iter().filter(|note| note.starts_with(INTERPOLATION));
+        self.said.notes.extend(unused.map(|note| note.replacen(INTERPOLATION, &own, 1)));
         let mut fields = BTreeMap::new();
         for field in source.carried {
             let info = CarriedInfo { unit: None, ..field.info().clone() };
@@ -260,6 +267,7 @@ impl<const D: usize> Reader<'_, D> {
             periodic: domain.axes.map(|axis| (axis == Axis::Periodic).then_some(Period::Auto)),
             stated_box: is_box.then(|| [domain.lo, domain.hi].map(|corner| corner.map(|x| x * scale))),
             has_mass: false,
+            interpolation: self.input.interpolation.map(interpolation),
             ..FieldOptions::default()
         };
         let source = match particles.map(|domain| self.alike(domain, scale)) {
@@ -268,6 +276,9 @@ impl<const D: usize> Reader<'_, D> {
         };
         source.map_err(|error| match error {
             Error::Field { name, problem } if name == ONES => Error::scene(format!("fields.{}", self.name), problem),
+            Error::Scene { key, problem } if key == INTERPOLATION => {
+                Error::scene(format!("fields.{}.interpolation", self.name), problem)
+            }
             other => other,
         })
     }
