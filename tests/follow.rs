@@ -153,8 +153,18 @@ fn a_companion_goes_round() {
     assert!(found.is_whole, "{found:?}");
     for s in &found.states {
         assert!(s.energy.abs() < 1e-3 && s.angular_momentum < 1e-3, "{s:?}");
-        assert!((s.half_mass_radius - 1.0).abs() < 0.05, "the star stays at its distance: {s:?}");
+        // The star's own, wherever it is.
+        assert!((s.half_mass_radius - 1.0).abs() < 0.05 && (s.central_density - 1.0).abs() < 0.1, "{s:?}");
     }
+    // While it settles in the frame that turns with both, it stays at its distance.
+    let options = Options { settle: Some(1.0), ..Options::default() };
+    let settled = followed(&file, options).unwrap().settled.unwrap();
+    let [x, m] = ["Coordinates", "Masses"].map(|name| values(&settled.file, name));
+    let point = settled.file.species[1].table.column("Coordinates").unwrap().values.to_f64();
+    let offset = |k: usize| (0..n).map(|i| m[i] * x[3 * i + k]).sum::<f64>() / total - point[k];
+    let apart = (0..3).map(|k| offset(k).powi(2)).sum::<f64>().sqrt();
+    assert!((apart / distance - 1.0).abs() < 0.05, "{apart} for {distance}");
+    assert!(settled.certificate.half_mass_radius_drift < 0.1, "{:?}", settled.certificate);
 }
 
 #[test]

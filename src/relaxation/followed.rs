@@ -10,6 +10,7 @@
 use super::orbiting::{Part, balanced};
 use super::outside::{Field, reflected};
 use super::states::{Law, States};
+use super::structure::Structure;
 use crate::metrics::Measured;
 use crate::target::{MaterialState, Materials, Positions, at};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -31,8 +32,6 @@ const ROUND: f64 = 0.1;
 const HELD: usize = 10;
 /// Change of that part while it is held, over all gravity on average, above which it is held for fewer steps.
 const LITTLE: f64 = 1e-3;
-/// Share of the mass whose mean density counts as central.
-const CENTRAL: f64 = 0.02;
 /// Angular momentum over M R v, v^2 = 2 K/M, from which on particles rotate.
 const ROTATES: f64 = 1e-2;
 
@@ -102,6 +101,8 @@ pub(super) struct Body<'a, const D: usize> {
     work: f64,
     points: Vec<Point<D>>,
     bodies: Vec<usize>,
+    /// Whether it was not round about the center as it began, so that what is in the middle is that of each body.
+    is_by_body: bool,
     pub radius: f64,
     pub total_mass: f64,
     /// Dynamical time, or that in which sound crosses.
@@ -199,6 +200,7 @@ impl<'a, const D: usize> Body<'a, D> {
             work: 0.0,
             points,
             bodies,
+            is_by_body: false,
             radius,
             total_mass,
             unit_time,
@@ -216,6 +218,7 @@ impl<'a, const D: usize> Body<'a, D> {
         };
         body.axis = body.rotation();
         body.accelerate();
+        body.is_by_body = !body.is_round;
         body
     }
 
@@ -556,13 +559,12 @@ impl<'a, const D: usize> Body<'a, D> {
     pub fn totals(&self) -> Totals {
         let n = self.masses.len();
         let potential = if self.has_gravity() { self.potential(&self.pulls()) } else { -self.work };
-        let order = self.outward(&self.center.unwrap_or_else(|| self.domain.center()));
-        let central = ((CENTRAL * n as f64) as usize).clamp(1, n);
-        let mut within = 0.0;
-        let half = order.iter().find(|&&(_, i)| {
-            within += self.masses[i];
-            within > 0.5 * self.total_mass
-        });
+        let density = |i: usize| self.density(i);
+        let structure = Structure { positions: &self.positions, masses: &self.masses, density: &density };
+        let (central_density, half_mass_radius) = match self.center {
+            Some(_) if self.is_by_body => structure.of_bodies(&self.bodies),
+            center => structure.about(&center.unwrap_or_else(|| self.domain.center())),
+        };
         let change = |i: usize| (self.density(i) / self.first_density[i] - 1.0).powi(2);
         Totals {
             kinetic: self.kinetic(),
@@ -574,8 +576,8 @@ impl<'a, const D: usize> Body<'a, D> {
             potential,
             softened: reduce::sum(n, |i| self.masses[i] * self.softened(&at(&self.positions, i))),
             density_change: (reduce::sum(n, change) / n as f64).sqrt(),
-            central_density: order[..central].iter().map(|&(_, i)| self.density(i)).sum::<f64>() / central as f64,
-            half_mass_radius: half.map_or(0.0, |h| h.0),
+            central_density,
+            half_mass_radius,
             angular_momentum: self.angular_momentum(),
         }
     }

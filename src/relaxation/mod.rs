@@ -46,6 +46,7 @@ mod splitting;
 mod stage;
 mod states;
 mod stiffness;
+mod structure;
 mod swelling;
 mod thermal;
 mod trimming;
