@@ -66,6 +66,7 @@ mod sums;
 mod support;
 mod told;
 mod totals;
+mod turning;
 mod units;
 mod walls;
 mod ways;

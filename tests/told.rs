@@ -225,19 +225,11 @@ fn fields_by_names_that_formats_use_are_read_back() {
 }
 
 #[test]
-fn points_at_one_place_are_refused_and_bodies_that_fly_apart_are_told() {
+fn points_at_one_place_are_refused() {
     let points = "bodies:\n- {name: a, point_mass: 1}\n- {name: b, point_mass: 1}\n- {name: star, input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, position: [9, 0, 0]}\n\
                   particles: 100\npolish: none\nwvt: {iterations: 0}\n";
     let error = place_bodies(&Scene::parse(points).unwrap(), FORMATS, &Control::default()).unwrap_err().to_string();
     assert!(error.contains("bodies[a]") && error.contains("and b are points at one place"), "{error}");
-    let told = |spin: f64| {
-        let star = format!(
-            "bodies:\n- {{name: star, input: {{profile: {{polytrope: {{n: 1.5, mass: 1, radius: 1}}}}}}, spin: [0, 0, {spin}]}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n"
-        );
-        let (_, report) = place_bodies(&Scene::parse(&star).unwrap(), FORMATS, &Control::default()).unwrap();
-        report.warnings.iter().any(|w| w.contains("body star turns so fast that it flies apart"))
-    };
-    assert_eq!([0.9, 1.1, -5.0].map(told), [false, true, true]);
 }
 
 /// No particle would be there, and others would carry the mass.
@@ -293,6 +285,43 @@ fn a_density_that_is_not_periodic_is_told_in_a_periodic_box() {
     };
     assert!(resolution("1 + x", "[periodic]") && !resolution("1 + x", "[reflecting]"));
     assert!(!resolution("2 + sin(2*pi*x)", "[periodic]"));
+}
+
+/// What the code computes with, where there is gas.
+#[test]
+fn fields_that_are_not_periodic_are_told_in_a_periodic_box() {
+    let told = |boundary: &str, rest: &str| -> Vec<String> {
+        let scene = format!(
+            "input: {{expression: '1'}}\ndomain: {{box: [[0, 0, 0], [1, 1, 1]], boundary: {boundary}}}\nparticles: 300\npolish: none\n\
+             wvt: {{iterations: 0}}\n{rest}\n"
+        );
+        let (_, report) = placed(&scene);
+        report.warnings.into_iter().filter(|w| w.contains("is periodic along")).collect()
+    };
+    let one = |rest: &str, part: &str| {
+        let found = told("periodic", rest);
+        assert!(found.len() == 1 && found[0].contains(part), "{rest}: {found:?}");
+        assert_eq!(told("open", rest), [""; 0], "{rest}");
+    };
+    one("fields: {pressure: '1 + x'}", "along x, but 'Pressure' is not: in the median it differs by 1.000e0");
+    one("fields: {pressure: 1, velocity: [0, 'z - 0.5', 0]}", "along z, but 'Velocities'");
+    one("fields: {internal_energy: '100*exp(-y/0.2)'}", "along y, but 'InternalEnergy'");
+    one("fields: {pressure: 1, magnetic_field: ['y^2', 0, 0]}", "along y, but 'MagneticField");
+    one("motion: {rotation: [0, 0, 1]}", "turns a box that is periodic along x");
+    for rest in [
+        "fields: {pressure: '2 + sin(2*pi*x)', velocity: ['cos(4*pi*y)', 0, 0]}",
+        // Jumps of their own, a uniform field of a potential that grows, and a column that no code knows.
+        "fields: {pressure: 1, velocity: ['if(abs(y - 0.5) < 0.25, 1, -1)', 0, 0]}",
+        "fields: {pressure: 'if(x < 0.5, 1, 0.1)'}",
+        "fields: {pressure: 1, vector_potential: [0, 0, x]}",
+        "fields: {hue: x}",
+        "motion: {bulk: [1, 0, 0]}",
+    ] {
+        assert_eq!(told("periodic", rest), [""; 0], "{rest}");
+    }
+    // Along the axis it turns about nothing jumps.
+    assert_eq!(told("[open, open, periodic]", "motion: {rotation: [0, 0, 1]}"), [""; 0]);
+    assert_eq!(told("[open, open, periodic]", "motion: {rotation: [1, 0, 0]}").len(), 1);
 }
 
 #[test]

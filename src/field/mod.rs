@@ -98,7 +98,7 @@ pub(crate) use intervals::Intervals;
 pub(crate) use mass::mass_and_pieces;
 pub use mass::{piece_masses, total_mass};
 pub use options::{Centering, FieldOptions, Interpolation, Missing, Period, Staggering};
-pub use orientation::{Orientation, rotated};
+pub use orientation::{Orientation, rotated, turned_back};
 pub use patch::{Enclosure, Patch};
 pub(crate) use piecewise::{Stretch, stretches};
 pub use profile::RadialProfile;

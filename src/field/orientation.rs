@@ -34,6 +34,12 @@ pub fn rotated(degrees: &[f64; 3], vector: &[f64; 3]) -> [f64; 3] {
     v
 }
 
+/// A vector that [`rotated`] by the same angles brings back.
+pub fn turned_back(degrees: &[f64; 3], vector: &[f64; 3]) -> [f64; 3] {
+    let about = |axis: usize| sph::array(|k| if k == axis { -degrees[axis] } else { 0.0 });
+    [2, 1, 0].into_iter().fold(*vector, |v, axis| rotated(&about(axis), &v))
+}
+
 /// Sine and cosine, exact for right angles.
 fn exact_sin_cos(degrees: f64) -> (f64, f64) {
     match degrees.rem_euclid(360.0) {
@@ -41,5 +47,18 @@ fn exact_sin_cos(degrees: f64) -> (f64, f64) {
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
         angle => angle.to_radians().sin_cos(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_turned_back_is_where_it_was() {
+        let (angles, v) = ([20.0, -75.0, 130.0], [0.3, -1.2, 2.5]);
+        let there = rotated(&angles, &v);
+        let back = turned_back(&angles, &there);
+        assert!((0..3).all(|k| (back[k] - v[k]).abs() < 1e-14) && (there[0] - v[0]).abs() > 0.1, "{there:?} {back:?}");
     }
 }

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub use sph_formats::common::particle_names::BODY_ID;
 /// Of its fastest particle's: motion of a body as a whole that is more than noise.
 const OWN_SHARE: f64 = 0.05;
+/// Of the same: no motion at all.
+const ROUNDING: f64 = 1e-9;
 
 /// A body in the units of the output, about its center of mass.
 pub struct Body {
@@ -55,7 +57,7 @@ impl Frame {
     }
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
@@ -129,17 +131,29 @@ impl Body {
         center_of_mass(std::slice::from_ref(self), &[State::default()]).1
     }
 
-    /// The same, where it is more than the noise of what its particles move with.
+    /// The speed of its fastest particle by itself.
+    fn fastest(&self) -> f64 {
+        self.moved(&State::default()).iter().map(|(_, v)| length(*v)).fold(0.0, f64::max)
+    }
+
+    /// What it moves with as a whole by itself, where that is more than the noise of what its particles move with.
     pub fn drift(&self) -> Option<[f64; 3]> {
         let own = self.own_motion();
-        let fastest = self.moved(&State::default()).iter().map(|(_, v)| length(*v)).fold(0.0, f64::max);
-        (length(own) > OWN_SHARE * fastest).then_some(own)
+        (length(own) > OWN_SHARE * self.fastest()).then_some(own)
     }
 
     /// That of its center in a state, with what it moves by of its own.
     pub fn velocity(&self, state: &State) -> [f64; 3] {
-        let own = self.drift().unwrap_or_default();
+        let own = Some(self.own_motion()).filter(|own| length(*own) > ROUNDING * self.fastest()).unwrap_or_default();
         sph::array(|k| state.velocity[k] + own[k])
+    }
+
+    /// Kinetic energy in a state about its motion as a whole.
+    pub fn kinetic(&self, state: &State) -> f64 {
+        let moved = self.moved(state);
+        let mean = mean(self.masses().zip(moved.iter().map(|p| p.1)));
+        let square = |v: &[f64; 3]| (0..3).map(|k| (v[k] - mean[k]).powi(2)).sum::<f64>();
+        self.masses().zip(&moved).map(|(m, (_, v))| 0.5 * m * square(v)).sum()
     }
 
     /// Takes out of the velocities what the body moves by as a whole, where that is more than `rounding`; what it was.
@@ -265,7 +279,7 @@ impl Body {
     }
 }
 
-fn masses_of(table: &ParticleTable) -> impl Iterator<Item = f64> + '_ {
+pub(super) fn masses_of(table: &ParticleTable) -> impl Iterator<Item = f64> + '_ {
     let column = table.column(names::MASSES);
     column.into_iter().flat_map(|c| (0..c.values.len()).map(|i| c.values.get(i)))
 }

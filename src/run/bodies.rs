@@ -11,25 +11,22 @@ use super::cache::{PlacedBody, Recipe};
 use super::destination::{Destination, intended_format};
 use super::drawings::Drawing;
 use super::forecast::{ForecastOfBodies, ForeseenBody, ForeseenMedium};
-use super::orbit::{self, Relative};
 use super::settling;
 use super::shares::{Common, Shared, shared};
+use super::states::{moving, stopped};
 use super::variables::lost;
-use super::{memory, overlap, pipeline};
+use super::{memory, overlap, pipeline, turning};
 use crate::error::{Error, Result};
 use crate::input::core::PART_TYPE;
 use crate::output::origin;
 use crate::output::parameters::Physics;
 use crate::output::particle_file::provenance;
 use crate::relaxation::{Control, StopReason};
-use crate::scene::{
-    BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, OrbitInput, Quantity, Scene, in_body, values,
-};
-use sph_formats::{FormatSpec, ParticleFile, UnitDimension, UnitSystem};
+use crate::scene::{BodyInput, BoundaryName, Conversion, DEFAULT_PARTICLES, Quantity, Scene, in_body, values};
+use sph_formats::common::particle_names as names;
+use sph_formats::{FormatSpec, ParticleFile, UnitDimension};
 use std::path::Path;
 use std::time::Instant;
-
-const GRAVITY: UnitDimension = UnitDimension::new(3, -1, -2, 0);
 
 /// Places the bodies of a scene, in the output's units; nothing is written.
 ///
@@ -66,7 +63,7 @@ pub fn place_bodies(
     }
     let header = placed[0].body.file.header.clone();
     let conversion = common.conversion(&header.units);
-    let (mut bodies, mut reports) = (Vec::new(), Vec::new());
+    let (mut bodies, mut reports, mut cut_out) = (Vec::new(), Vec::new(), Vec::new());
     let mut placed = placed.into_iter();
     for (i, input) in scene.bodies.iter().enumerate() {
         if let Some(mass) = &input.point_mass {
@@ -81,6 +78,7 @@ pub fn place_bodies(
             reports.push(None);
         } else if let Some(Placed { body, is_cached, .. }) = placed.next() {
             let radius = body.figures.radius;
+            cut_out.extend(of_a_box(&title(i), &body.file));
             bodies.push(
                 Body::new(title(i), body.file, middle_of(input, &of_gas, i))?
                     .reaching(radius)
@@ -101,15 +99,21 @@ pub fn place_bodies(
     if relative.is_some() {
         assembly::about_center_of_mass(&bodies, &mut states);
     }
+    if scene.certify_at_once().is_some() && scene.orbit.as_ref().is_some_and(|o| o.corotation) {
+        notes.push("certify follows each body by itself, without the rotation of its orbit".to_owned());
+    }
     let own = box_of(scene, common.dimension, &conversion)?;
     overlap::refuse_out_of_box(&bodies, &states, own.as_ref())?;
     overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
     overlap::refuse_coincident_points(&bodies, &states)?;
     let mut warnings = Vec::from_iter(scene.has_several_gases());
-    if common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some()) {
-        warnings.extend(overlap::bursting(&bodies, &states, common.gravity_in(&header.units)));
-    }
+    warnings.extend(cut_out);
+    let has_gravity = common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some());
+    let constant = has_gravity.then(|| common.gravity_in(&header.units));
+    let supports: Vec<Option<f64>> = reports.iter().map(|r| r.as_ref().and_then(|r| r.0.support)).collect();
+    let turning = turning::of_bodies((&bodies, &states), &supports, (constant, scene.settle.is_some()));
     notes.extend(overlap::points_within(&bodies, &states));
+    warnings.extend(overlap::parting(&bodies, &states));
     warnings.extend(overlap::folded(&bodies, &states, own.as_ref()));
     let out = (header.units, common.name.as_str());
     let medium = ambient::placed(scene, (formats, control), (&bodies, &states, &of_gas), out, own.as_ref())?;
@@ -192,6 +196,7 @@ pub fn place_bodies(
         settled,
         certificate,
         warnings,
+        turning,
         settled_pair,
         verdict: Vec::new(),
         notes,
@@ -206,6 +211,29 @@ pub fn place_bodies(
 fn middle_of(input: &BodyInput, of_gas: &[(usize, Scene)], index: usize) -> Middle {
     let is_in_field = of_gas.iter().any(|(i, alone)| *i == index && !alone.gravity_of.is_empty());
     if is_in_field && input.input.disc().is_some() { Middle::OfBox } else { Middle::OfMass }
+}
+
+/// Of a periodic box's edge, along which its gas is all of it.
+const FILLED: f64 = 0.9;
+
+/// What is said of a body that fills a periodic box, of which it is one piece here.
+fn of_a_box(title: &str, file: &ParticleFile) -> Option<String> {
+    let header = &file.header;
+    let gas = &file.species.iter().find(|s| s.part_type == 0)?.table;
+    let places = gas.column(names::COORDINATES)?;
+    let along = |k: usize| (0..gas.count).map(move |i| places.values.get(i * places.components + k));
+    let is_filled = |&k: &usize| {
+        let extent = along(k).fold(f64::NEG_INFINITY, f64::max) - along(k).fold(f64::INFINITY, f64::min);
+        header.periodic[k] && extent > FILLED * header.box_size[k]
+    };
+    (0..header.dimension).find(is_filled).map(|k| {
+        format!(
+            "body {title} fills a periodic box of edge {:.4e} along {}, and is one piece of it here: its gas ends at the faces, beyond which nothing holds its \
+             pressure",
+            header.box_size[k],
+            ["x", "y", "z"][k]
+        )
+    })
 }
 
 /// The share that each body has of the time that those before it leave: by particles, none of those that take no time. A medium about them is taken
@@ -387,125 +415,6 @@ impl Common {
             "the format has one mass for all particles: the masses of bodies are rounded to whole particles, by {change:.1e} at most"
         )))
     }
-
-    /// The constant of gravity in the output's units.
-    fn gravity_in(&self, out: &UnitSystem) -> f64 {
-        if self.has_units() { self.gravity / out.to_cgs(GRAVITY) } else { self.gravity }
-    }
-
-    /// The second body as the first sees it.
-    fn relative(
-        &self,
-        orbit: &OrbitInput,
-        bodies: &[Body],
-        (out, conversion): (&UnitSystem, &Conversion),
-    ) -> Result<Relative> {
-        if self.dimension != 3 {
-            return Err(Error::scene("orbit", format!("is one in 3-D, but the bodies are in {}-D", self.dimension)));
-        }
-        let gravity = self.gravity_in(out);
-        let [a, b] = bodies else { return Err(Error::scene("orbit", "is of two bodies")) };
-        let (strength, contact) = (gravity * (a.mass + b.mass), a.surface + b.surface);
-        let speed = |key: &str, q: &Quantity| q.value(key, UnitDimension::VELOCITY, conversion);
-        let length = |key: &str, q: &Quantity| q.value(key, UnitDimension::LENGTH, conversion);
-        if let Some(axis) = &orbit.semi_major_axis {
-            let axis = length("orbit.semi_major_axis", axis)?;
-            let relative = orbit::ellipse(strength, axis, orbit.eccentricity, orbit.phase);
-            let apart = relative.position[0].hypot(relative.position[1]);
-            if !(apart > contact) {
-                let problem = format!(
-                    "is {axis:.6e}, which is too small: at the start the centers are {apart:.6e} apart, and the bodies touch at \
-                     {contact:.6e}; choose more, or another phase"
-                );
-                return Err(Error::scene("orbit.semi_major_axis", problem));
-            }
-            return Ok(relative);
-        }
-        let escape = orbit::escape_velocity(strength, contact);
-        let at_contact = match (&orbit.velocity_at_contact, orbit.velocity_over_escape, &orbit.velocity_at_infinity) {
-            (Some(v), ..) => speed("orbit.velocity_at_contact", v)?,
-            (None, Some(ratio), _) => ratio * escape,
-            (None, None, Some(v)) => speed("orbit.velocity_at_infinity", v)?.hypot(escape),
-            _ => escape,
-        };
-        let distance = orbit.distance.as_ref().map_or(Ok(0.0), |q| length("orbit.distance", q))?;
-        orbit::encounter(strength, contact, at_contact, orbit.impact_parameter.unwrap_or(0.0), distance)
-    }
-
-    fn states(
-        &self,
-        scene: &Scene,
-        bodies: &[Body],
-        relative: Option<&Relative>,
-        conversion: &Conversion,
-    ) -> Result<Vec<State>> {
-        let total: f64 = bodies.iter().map(|b| b.mass).sum();
-        let mut states = Vec::new();
-        for (i, (input, body)) in scene.bodies.iter().zip(bodies).enumerate() {
-            let key = |name: &str| format!("bodies[{}].{name}", input.title(i));
-            let vector = |name: &str, quantities: &[Quantity], dimension: UnitDimension| {
-                let d = self.dimension;
-                let given = values(&key(name), quantities, dimension, conversion)?;
-                if !given.is_empty() && given.len() != d {
-                    return Err(Error::scene(key(name), format!("has {} components, expected {d}", given.len())));
-                }
-                Ok(std::array::from_fn::<f64, 3, _>(|k| given.get(k).copied().unwrap_or(0.0)))
-            };
-            let mut state = State {
-                position: vector("position", &input.position, UnitDimension::LENGTH)?,
-                velocity: vector("velocity", &input.velocity, UnitDimension::VELOCITY)?,
-                spin: self.spin(&key("spin"), &input.spin, conversion)?,
-            };
-            if let Some(relative) = relative {
-                // The second is at its share of the separation, the first at the other end.
-                let share = if i == 0 { body.mass / total - 1.0 } else { 1.0 - body.mass / total };
-                for k in 0..2 {
-                    state.position[k] = share * relative.position[k];
-                    state.velocity[k] = share * relative.velocity[k];
-                }
-                if scene.orbit.as_ref().is_some_and(|o| o.corotation) {
-                    state.spin = [0.0, 0.0, relative.mean_motion];
-                }
-            }
-            states.push(state);
-        }
-        Ok(states)
-    }
-
-    fn spin(&self, key: &str, quantities: &[Quantity], conversion: &Conversion) -> Result<[f64; 3]> {
-        let given = values(key, quantities, UnitDimension::RATE, conversion)?;
-        match (self.dimension, given.as_slice()) {
-            (_, []) => Ok([0.0; 3]),
-            (3, [x, y, z]) => Ok([*x, *y, *z]),
-            (2, [z]) => Ok([0.0, 0.0, *z]),
-            (1, _) => Err(Error::scene(key, "means nothing in 1-D")),
-            (d, found) => {
-                let expected = if d == 3 { 3 } else { 1 };
-                Err(Error::scene(key, format!("has {} components, expected {expected}", found.len())))
-            }
-        }
-    }
-}
-
-/// Relative to the speed on the orbit: less is rounding.
-const OWN_MOTION: f64 = 1e-9;
-
-/// Takes out what a body moves by as a whole without its orbit, which is that of centers of mass.
-fn stopped(body: &mut Body, orbit: &Relative) -> Option<String> {
-    let own = body.stop(OWN_MOTION * orbit.velocity[0].hypot(orbit.velocity[1]))?;
-    Some(format!(
-        "'{}' had a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, now removed: the orbit sets its velocity",
-        body.title, own[0], own[1], own[2]
-    ))
-}
-
-/// What is said of a body that moves as a whole without an orbit.
-fn moving(body: &Body) -> Option<String> {
-    let own = body.drift()?;
-    Some(format!(
-        "'{}' has a bulk velocity of [{:.4e}, {:.4e}, {:.4e}] of its own, to which its `velocity` is added",
-        body.title, own[0], own[1], own[2]
-    ))
 }
 
 /// Of a mass: rounding in single precision.

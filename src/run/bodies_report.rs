@@ -4,7 +4,7 @@ use super::grading::verdict_on_all;
 use super::memory;
 use super::orbit::Relative;
 use super::report::{Report, write_certificates};
-use super::verdict::{Finding, Grade, write_verdict};
+use super::verdict::{Finding, Grade, Topic, write_verdict};
 use crate::output::origin::NOTE;
 use crate::output::particle_file::MOVED;
 use crate::relaxation::{Certificate, StopReason};
@@ -31,6 +31,9 @@ pub struct BodiesReport {
     pub certificate: Option<Certificate>,
     /// What is probably not meant of all bodies together; each has those of its own.
     pub warnings: Vec<String>,
+    /// On those that turn.
+    #[serde(skip)]
+    pub turning: Vec<Finding>,
     /// The closest pair after bodies have settled, if they did, in spacings there, and the kernel of the code.
     #[serde(skip)]
     pub settled_pair: Option<(f64, &'static str)>,
@@ -113,6 +116,8 @@ pub struct BodyFigures {
     pub force_noise: f64,
     /// Share of gravity, where the body is balanced.
     pub net_force: Option<f64>,
+    /// d times the integral of the pressure, in the output's unit of energy, where a pressure is known.
+    pub support: Option<f64>,
     /// Found and wanted particles of a region that is off, as [`Report::misplaced`] has it.
     pub misplaced: Option<(f64, f64)>,
     pub warnings: Vec<String>,
@@ -131,6 +136,7 @@ impl BodyFigures {
             epsilon: error.epsilon,
             mean_error: error.mean,
             force_noise: report.noise.all,
+            support: report.support,
             net_force: report.balance.as_ref().map(|b| b.all),
             misplaced: report.misplaced().map(|r| (r.found, r.wanted)),
             warnings: report.warnings.clone(),
@@ -164,7 +170,7 @@ impl BodiesReport {
 
     /// Comes to the verdict on all bodies together, by what is known now.
     pub fn judge(&mut self) {
-        self.verdict = verdict_on_all(self.settled_pair, &self.warnings);
+        self.verdict = verdict_on_all(self.settled_pair, &self.turning, &self.warnings);
     }
 
     /// The worst grade of all bodies, each by itself and together.
@@ -256,7 +262,9 @@ impl BodiesReport {
         if let Some(net) = figures.net_force {
             writeln!(out, "    force balance  net force is {:.2} % of gravity on average", 100.0 * net)?;
         }
-        for BodyFinding { grade, topic, text } in body.findings().iter().filter(|f| f.grade > Grade::Good) {
+        let certificate = Topic::Certificate.name();
+        let is_told = |f: &&BodyFinding| f.grade > Grade::Good || f.topic == certificate;
+        for BodyFinding { grade, topic, text } in body.findings().iter().filter(is_told) {
             writeln!(out, "    {:<6} {topic:<14} {text}", grade.mark())?;
         }
         for warning in &figures.warnings {

@@ -15,7 +15,7 @@ use sph_formats::{
 use std::path::{Path, PathBuf};
 
 /// The first bytes of a file, with the version of the layout and of what bodies come out as.
-const MARK: &[u8; 8] = b"SPHBODY6";
+const MARK: &[u8; 8] = b"SPHBODY7";
 /// Mark and checksum.
 const HEADER: usize = 16;
 
@@ -91,7 +91,10 @@ impl Recipe {
                 inputs.push(Hash::of(&bytes));
             }
         }
-        Ok(Self { version: env!("CARGO_PKG_VERSION").into(), scene: scene.to_yaml(), format: format.into(), inputs })
+        // How it turns is no key of the document.
+        let turning = format!("{:?}", scene.turning);
+        let scene = scene.to_yaml() + &turning;
+        Ok(Self { version: env!("CARGO_PKG_VERSION").into(), scene, format: format.into(), inputs })
     }
 
     fn path(&self, folder: &Path) -> Result<PathBuf> {

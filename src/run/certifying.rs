@@ -1,6 +1,7 @@
 //! Evolves the placed particles in time with the velocities that they were given, if a scene asks for it (`certify`) and nothing is settled
 //! before.
 
+use super::assembly::{cross, row};
 use super::plan::Held;
 use super::stages::Setting;
 use crate::error::{Error, Result};
@@ -12,7 +13,7 @@ use sph::domain::Axis;
 use sph::geometry::distance;
 use sph::{parallel, reduce};
 use sph_formats::common::particle_names as names;
-use sph_formats::{ParticleTable, UnitDimension, UnitSystem};
+use sph_formats::{Column, ParticleTable, UnitDimension, UnitSystem};
 
 /// Twice a kinetic energy over that of the support, below which nothing moves.
 const NO_MOTION: f64 = 1e-12;
@@ -63,39 +64,58 @@ pub(super) fn center_on_core<const D: usize>(
 
 /// How the gas moves as it begins.
 pub(super) struct Motion<const D: usize> {
-    /// About the mean, in units of the equilibrium's.
-    velocities: Vec<[f64; D]>,
-    /// Twice its kinetic energy over d times the integral of the pressure, which is 1 where motion alone would hold the body.
-    pub over_support: f64,
+    /// About the mean, in units of the equilibrium's; `None` at rest.
+    velocities: Option<Vec<[f64; D]>>,
+    /// Twice the kinetic energy of its own over d times the integral of the pressure, which is 1 where motion alone would hold the body; `None` at
+    /// rest.
+    pub over_support: Option<f64>,
+    /// That integral, in the units of the table.
+    pub support: f64,
 }
 
 impl<const D: usize> Motion<D> {
-    /// That of the particles of a table in `units`; `None` at rest, or where no pressure is known.
+    /// That of the particles of a table in `units`, which are to turn at the rate `spin` besides; `None` where no pressure is known.
     pub(super) fn of(
         hydrostatics: Option<&Hydrostatics<'_, D>>,
         (target, positions): (&Target<'_, D>, &Positions<D>),
         (table, units, are_known): (&ParticleTable, &UnitSystem, bool),
+        spin: [f64; 3],
     ) -> Option<Self> {
-        let (equilibrium, column) = hydrostatics.zip(table.column(names::VELOCITIES))?;
+        let equilibrium = hydrostatics?;
         let n = positions[0].len();
         let unit = if are_known { units.to_cgs(UnitDimension::SPECIFIC_ENERGY) } else { 1.0 };
-        let speed = (unit / equilibrium.specific_energy).sqrt();
         let masses = target.masses(positions);
-        let mut velocities = parallel::map(n, |i| sph::array(|k| speed * column.values.get(i * column.components + k)));
-        let total: f64 = masses.iter().sum();
-        for k in 0..D {
-            let mean = (0..n).map(|i| masses[i] * velocities[i][k]).sum::<f64>() / total;
-            velocities.iter_mut().for_each(|v: &mut [f64; D]| v[k] -= mean);
-        }
-        let twice_kinetic: f64 = (0..n).map(|i| masses[i] * velocities[i].iter().map(|v| v * v).sum::<f64>()).sum();
         let support = |i: usize| {
             let x = at(positions, i);
             masses[i] * equilibrium.pressure(&x) / target.density.value(&x).max(f64::MIN_POSITIVE)
         };
         let support = D as f64 * reduce::sum(n, support);
-        // Rounding of velocities that are all the same is no motion.
-        let over_support = twice_kinetic / support;
-        (over_support > NO_MOTION).then_some(Self { velocities, over_support })
+        let total = reduce::sum(n, |i| masses[i]);
+        let about_mean = |rows: Vec<[f64; 3]>| -> Vec<[f64; 3]> {
+            let mean: [f64; 3] = sph::array(|k| reduce::sum(n, |i| masses[i] * rows[i][k]) / total);
+            parallel::map(n, |i| sph::array(|k| rows[i][k] - mean[k]))
+        };
+        let of_column = |column: &Column| about_mean(parallel::map(n, |i| row(column, i)));
+        let own = table.column(names::VELOCITIES).map(of_column);
+        let speed = (unit / equilibrium.specific_energy).sqrt();
+        let twice_kinetic = own
+            .as_ref()
+            .map_or(0.0, |own| reduce::sum(n, |i| masses[i] * own[i].iter().map(|v| (speed * v).powi(2)).sum::<f64>()));
+        let turned = (spin != [0.0; 3]).then(|| table.column(names::COORDINATES)).flatten().map(|column| {
+            let places = about_mean(parallel::map(n, |i| row(column, i)));
+            parallel::map(n, |i| {
+                let (swirl, own) = (cross(spin, places[i]), own.as_ref().map_or([0.0; 3], |own| own[i]));
+                sph::array(|k| own[k] + swirl[k])
+            })
+        });
+        let velocities = turned.or(own).map(|all| parallel::map(n, |i| sph::array(|k| speed * all[i][k])));
+        let mass = table.column(names::MASSES).map_or(total, |m| reduce::sum(n, |i| m.values.get(i)));
+        Some(Self {
+            velocities,
+            // Rounding of velocities that are all the same is no motion.
+            over_support: Some(twice_kinetic / support).filter(|share| *share > NO_MOTION),
+            support: support * mass / total * equilibrium.specific_energy / unit,
+        })
     }
 }
 
@@ -120,6 +140,6 @@ pub(super) fn certificate<const D: usize>(
     let kinds = parallel::map(positions[0].len(), kind);
     let materials = equilibrium.materials().map(|m| (m, kinds.as_slice()));
     let matter = Matter { gamma: equilibrium.gamma(), materials, held_by };
-    let velocities = motion.map_or_else(|| vec![[0.0; D]; energy.len()], |motion| motion.velocities);
+    let velocities = motion.and_then(|motion| motion.velocities).unwrap_or_else(|| vec![[0.0; D]; energy.len()]);
     Some(certify(sums, *target, (positions, velocities, energy), &matter, duration, control))
 }

@@ -1,7 +1,8 @@
 //! Warnings about settings that are probably not intended, with the remedy; the run continues as requested.
 
+use super::periodic;
 use crate::error::{Error, Result};
-use crate::field::{ScalarField, probes};
+use crate::field::probes;
 use crate::input::internal_units::Prepared;
 use crate::input::refinement::Refinement;
 use crate::input::slips::slips;
@@ -68,10 +69,7 @@ pub(crate) fn before<const D: usize>(scene: &Scene, prepared: &Prepared<D>, coun
             ));
         }
     }
-    doubts.extend((0..D).filter_map(|k| density_across(prepared, k)));
-    if scene.resolution.is_some() {
-        doubts.extend((0..D).filter_map(|k| resolution_across(prepared, k)));
-    }
+    doubts.extend(periodic::doubts(scene, prepared));
     if let Region::Hull(hull, _) = &domain.region {
         doubts.extend(hull.doubt());
     }
@@ -126,76 +124,6 @@ pub(crate) fn unused_of_input<const D: usize>(scene: &Scene, prepared: &Prepared
     let (verb, of) = if unused.len() == 1 { ("changes", "is for inputs") } else { ("change", "are for inputs") };
     (!unused.is_empty())
         .then(|| format!("{} {verb} nothing: the input is {kind}, and {of} of another kind", unused.join(", ")))
-}
-
-/// Share of the extent from a periodic face at which densities on both of its sides are compared, and by what factor they differ where that is
-/// not a steep place but a jump.
-const BESIDE_A_FACE: f64 = 1e-6;
-const JUMP: f64 = 1.3;
-
-/// Places along a line through the box at which densities are compared with each other: a field of cells, or one with jumps, has steps everywhere.
-const STEPS: usize = 64;
-/// Lines that are enough to know that.
-const LINES: usize = 256;
-
-/// A density that does not go on across periodic faces along axis `k`.
-fn density_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
-    let [lo, hi] = jump_across(prepared, prepared.source.density.as_ref(), k)?;
-    Some(format!(
-        "the box is periodic along {0}, but the density is not: in the median it is {1:.3} times as high at its \
-         {2} face as at the other, and the code will see this jump as well; state `boundary: open` along {0} if \
-         the box ends there",
-        AXES[k],
-        (hi / lo).max(lo / hi),
-        if hi > lo { "upper" } else { "lower" }
-    ))
-}
-
-/// The same of the numbers of particles that a resolution asks for.
-fn resolution_across<const D: usize>(prepared: &Prepared<D>, k: usize) -> Option<String> {
-    let [lo, hi] = jump_across(prepared, prepared.target().resolution_field(), k)?;
-    Some(format!(
-        "the box is periodic along {}, but the resolution is not: in the median it asks for {:.3} times as many particles at its {} face as at the \
-         other, so that particles of different masses meet there; state one that is the same at both",
-        AXES[k],
-        (hi / lo).max(lo / hi),
-        if hi > lo { "upper" } else { "lower" }
-    ))
-}
-
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// What a field has at both of the periodic faces along axis `k`, in the median of places there, where it does not go on across them.
-fn jump_across<const D: usize>(prepared: &Prepared<D>, field: &dyn ScalarField<D>, k: usize) -> Option<[f64; 2]> {
-    let domain = &prepared.source.domain;
-    if domain.axes[k] != Axis::Periodic || prepared.of_snapshot.is_some() {
-        return None;
-    }
-    let length = domain.extent()[k];
-    let density = |x: &[f64; D], at: f64| {
-        let mut x = *x;
-        x[k] = at;
-        field.value(&x)
-    };
-    let step = BESIDE_A_FACE * length;
-    let both = |x: [f64; D]| [density(&x, domain.lo[k] + step), density(&x, domain.hi[k] - step)];
-    let places = probes(domain);
-    let mut sides: Vec<[f64; 2]> = places.iter().copied().map(both).filter(|[lo, hi]| *lo > 0.0 && *hi > 0.0).collect();
-    let ratio = |[lo, hi]: &[f64; 2]| (hi / lo).max(lo / hi);
-    sides.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
-    let [lo, hi] = *sides.get(sides.len() / 2)?;
-    if ratio(&[lo, hi]) <= JUMP {
-        return None;
-    }
-    let largest_within = |x: &[f64; D]| {
-        let along: Vec<f64> =
-            (0..STEPS).map(|i| density(x, domain.lo[k] + (i as f64 + 0.5) / STEPS as f64 * length)).collect();
-        let steps = along.windows(2).filter(|pair| pair[0] > 0.0 && pair[1] > 0.0);
-        steps.map(|pair| ratio(&[pair[0], pair[1]])).fold(1.0, f64::max)
-    };
-    let mut within: Vec<f64> = places.iter().take(LINES).map(largest_within).collect();
-    within.sort_by(f64::total_cmp);
-    (ratio(&[lo, hi]) > JUMP * within[within.len() / 2]).then_some([lo, hi])
 }
 
 /// What is said of regions that no particle is placed in: a doubt, or a note where next to nothing is in them.

@@ -1,6 +1,7 @@
 //! Grades the figures of a report one by one and writes the lines of the verdict.
 
 use super::report::{MassReport, MaterialShare, Report, SnapshotReport};
+use super::turning::carried;
 use super::verdict::{Finding, Grade, Topic, ending};
 use crate::field::Scatter;
 use crate::input::atmosphere::Cut;
@@ -252,13 +253,14 @@ fn pairs(apart: f64, kernel: &str) -> (Grade, String) {
     (graded, format!("the closest are {apart:.3} spacings apart (0.5 is good){remedy}"))
 }
 
-/// The verdict on particles of several bodies together: how close they have come while they settled, if they did, and what is probably not meant.
-pub fn verdict_on_all(closest_pair: Option<(f64, &str)>, warnings: &[String]) -> Vec<Finding> {
+/// The verdict on particles of several bodies together: how close they have come while they settled, if they did, what their spins do to them, and what
+/// is probably not meant.
+pub fn verdict_on_all(closest_pair: Option<(f64, &str)>, turning: &[Finding], warnings: &[String]) -> Vec<Finding> {
     let of_pairs = closest_pair.map(|(apart, kernel)| {
         let (grade, text) = pairs(apart, kernel);
         Finding::new(grade, Topic::Pairs, format!("after settling {text}"))
     });
-    of_pairs.into_iter().chain(warned(warnings)).collect()
+    of_pairs.into_iter().chain(turning.iter().cloned()).chain(warned(warnings)).collect()
 }
 
 /// Distance of a region's particles from it as a whole, in spacings.
@@ -409,6 +411,9 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let remedy = match graded {
             Grade::Good if is_at_rest && noise > 0.05 => "; the forces of the body's own pressure are balanced",
             Grade::Good => "",
+            Grade::Look if report.renewed.is_some() => {
+                "; most of it is that of the snapshot's own particles, which stay"
+            }
             Grade::Look => "; `--quietness 0.9` or more particles reduce the noise",
             Grade::Bad => "; the profile changes within a spacing there: too few particles to resolve it",
         };
@@ -431,11 +436,7 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
         let own = grade(net, LITTLE_FORCE, MUCH_FORCE);
         let graded = if moves.is_some() { own.max(Grade::Look) } else { own };
         let at_rest = moves.map_or_else(String::new, |motion| {
-            format!(
-                "; this is the force at rest; its motion carries {:.0} % of gravity: `settle` balances rotating \
-                 bodies, and `certify` shows how they evolve",
-                100.0 * motion
-            )
+            format!("; this is the force at rest; its motion carries {}", carried(motion))
         });
         let remedy = match (own, report.plan.why_unbalanced()) {
             (Grade::Good, _) => String::new(),
@@ -454,6 +455,9 @@ pub fn verdict(report: &Report) -> Vec<Finding> {
             Topic::Balance,
             format!("net force of {:.1} % of gravity (1 % is good, 10 % is much){remedy}{at_rest}", 100.0 * net),
         );
+    }
+    if let Some(text) = report.turning.and_then(|turning| turning.flies_apart()) {
+        say(Grade::Bad, Topic::Balance, format!("it {text}"));
     }
     if let Some(why) = report.plan.why_unbalanced().filter(|_| report.plan.is_contradicted) {
         say(Grade::Bad, Topic::Balance, format!("it is not balanced and will move when the simulation starts: {why}"));

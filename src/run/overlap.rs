@@ -1,11 +1,11 @@
-//! Detects bodies that overlap, and bodies that rotate too fast for their own gravity to hold them.
+//! Detects bodies that overlap, and points within others.
 
 use super::assembly::{Body, Frame, State, length};
 use crate::error::{Error, Result};
 
 /// Particles of two bodies that are nearer than this many spacings are in each other's way.
 const NEAREST: f64 = 0.5;
-/// Part of the box's edge that is no distance.
+/// Part of the box's edge that is no distance, and of a speed that is no motion.
 const ROUNDING: f64 = 1e-9;
 /// Of a body's radius: a point nearer to its center is its core.
 const CENTERED: f64 = 0.05;
@@ -102,19 +102,22 @@ pub fn refuse_coincident_points(bodies: &[Body], states: &[State]) -> Result<()>
     Ok(())
 }
 
-/// Bodies of gas that turn faster than their own gravity, with this constant, holds.
-pub fn bursting(bodies: &[Body], states: &[State], constant: f64) -> Vec<String> {
-    let told = |(body, state): (&Body, &State)| {
-        let excess = length(state.spin).powi(2) * body.surface.powi(3) / (constant * body.mass);
-        (body.is_gas() && excess > 1.0).then(|| {
-            format!(
-                "body {} turns so fast that it flies apart: at its surface the centrifugal force is {excess:.2} times its gravity; spin up to {:.4e} is held",
-                body.title,
-                length(state.spin) / excess.sqrt()
-            )
-        })
-    };
-    bodies.iter().zip(states).filter_map(told).collect()
+/// Bodies about one center that part from each other at once.
+pub fn parting(bodies: &[Body], states: &[State]) -> Vec<String> {
+    let mut told = Vec::new();
+    for (i, (a, of_a)) in bodies.iter().zip(states).enumerate() {
+        for (b, of_b) in bodies.iter().zip(states).skip(i + 1).filter(|(_, of_b)| of_b.position == of_a.position) {
+            let apart = length(sph::array(|k| of_b.velocity[k] - of_a.velocity[k]));
+            if apart > ROUNDING * length(of_a.velocity).max(length(of_b.velocity)) {
+                told.push(format!(
+                    "bodies {} and {} are at one place, but move against each other at {apart:.4e}, so that they are not in equilibrium with each other; \
+                     state the same `velocity` for both",
+                    a.title, b.title
+                ));
+            }
+        }
+    }
+    told
 }
 
 /// Points that lie within gas, but not in the middle of it, which nothing holds there.

@@ -17,7 +17,7 @@ use super::remarks::Remarks;
 use super::report::{MassReport, Report, SnapshotReport, Timing};
 use super::stages::{self, Placed, Setting};
 use super::verdict::as_measured;
-use super::{doubts, dust, layer, memory, settling};
+use super::{doubts, dust, layer, memory, settling, turning};
 use crate::error::{Error, Result};
 use crate::input::collisionless;
 use crate::input::displacement::{Displaced, Displacement};
@@ -455,8 +455,13 @@ impl Run<'_> {
             particle_file(self.scene, prepared, raw, (units, &factors), walls, &making)?;
         let lap = Instant::now();
         let made = (&file.species[0].table, &units, self.units.input.is_some());
-        let motion = Motion::of(hydrostatics, (target, &positions), made);
-        let moves = motion.as_ref().map(|motion| motion.over_support);
+        let spin = turning::own_spin(self.scene, &making.conversion)?;
+        let motion = Motion::of(hydrostatics, (target, &positions), made, spin);
+        let (moves, support) = motion.as_ref().map_or((None, None), |m| (m.over_support, Some(m.support)));
+        let radius = prepared.surface().map(|radius| radius * factors.length);
+        let turns = radius.zip(hydrostatics.and_then(|h| h.own_center())).map(|(radius, _)| {
+            turning::of_scene(self.scene, (&file, radius), (&making.conversion, self.units.input.is_some()))
+        });
         let certificate = certifying::certificate(setting, hydrostatics, (&positions, energy.as_deref()), motion);
         certificate.iter().for_each(|_| self.lap(Step::Relax(CERTIFICATE), lap, None));
         self.check()?;
@@ -488,6 +493,8 @@ impl Run<'_> {
             balance,
             certificate,
             motion: moves,
+            support,
+            turning: turns.transpose()?.flatten(),
             settled: None,
             renewed: None,
             neighbors: near,
@@ -498,7 +505,7 @@ impl Run<'_> {
             peak_memory: memory::peak(),
             plan,
             variables,
-            radius: prepared.surface().map(|radius| radius * factors.length),
+            radius,
             in_field: false,
             atmosphere: prepared.cut,
             snapshot: prepared.of_snapshot.as_ref().map(|s| SnapshotReport::new(s, &file.species[0].table, conserved)),

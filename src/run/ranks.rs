@@ -278,6 +278,8 @@ impl<'a> Run<'a> {
             balance: None,
             certificate: None,
             motion: None,
+            support: None,
+            turning: None,
             settled: None,
             renewed: None,
             neighbors: outcome.neighbors,

@@ -10,13 +10,30 @@ use crate::input::stated_units::Stated;
 use crate::input::units::InputUnits;
 use crate::scene::Scene;
 use crate::target::Regions;
-use sph_formats::{FormatSpec, ParticleFile};
+use sph_formats::{Column, FormatSpec, ParticleFile, Species};
 
 /// Notes, and warnings of what is probably not meant.
 #[derive(Debug, Clone, Default)]
 pub struct Remarks {
     pub notes: Vec<String>,
     pub warnings: Vec<String>,
+}
+
+/// What is said of particles that formed at a time of the snapshot, which is after the file's start.
+fn born_later(species: &Species, time: f64) -> Option<String> {
+    let is_birth = |column: &&Column| {
+        let name = column.name.to_lowercase();
+        name.contains("formationtime") || name.contains("birthtime") || name.contains("birth_time")
+    };
+    let column = species.table.columns.iter().find(is_birth)?;
+    let last = (0..column.values.len()).map(|i| column.values.get(i)).fold(f64::NEG_INFINITY, f64::max);
+    (last > 0.0).then(|| {
+        format!(
+            "'{}' of type {} goes into the file as it is, with times up to {last:.6e}, and the file starts at time 0: these particles would form after \
+             the start; start the code at the snapshot's time, {time:.6e}, or subtract that from the column",
+            column.name, species.part_type
+        )
+    })
 }
 
 impl Remarks {
@@ -30,6 +47,7 @@ impl Remarks {
             let time = snapshot.time;
             told.notes
                 .push(format!("the file starts at time 0, not at the snapshot's, {time:e} in the snapshot's units"));
+            told.warnings.extend(snapshot.others.iter().filter_map(|species| born_later(species, time)));
         }
         (input, told)
     }

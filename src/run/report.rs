@@ -14,6 +14,7 @@ use crate::run::duration::{self, Expected};
 use crate::run::memory;
 use crate::run::plan::Plan;
 use crate::run::settling::Settling;
+use crate::run::turning::Turning;
 use crate::run::variables::{VariableReport, write_variables};
 use crate::run::verdict::{Finding, ending, worst, write_verdict};
 use serde::Serialize;
@@ -51,6 +52,11 @@ pub struct Report {
     /// Of gas that moves where its pressure is known: twice its kinetic energy over what the pressure holds, which would be 1 where motion alone holds
     /// a body.
     pub motion: Option<f64>,
+    /// Of gas whose pressure is known: d times the integral of the pressure, in the output's unit of energy, which is -W of a body at rest.
+    #[serde(skip)]
+    pub(crate) support: Option<f64>,
+    /// Of a round body that its own gravity holds and the scene turns.
+    pub turning: Option<Turning>,
     /// How motion fell before that while it was damped, where the scene asks for it.
     pub settled: Option<Certificate>,
     /// Of a snapshot that is refined: by how much the summed densities of the new particles are off on average.

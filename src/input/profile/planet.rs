@@ -343,14 +343,37 @@ impl Planet {
         Ok((now.m - ball) / mass)
     }
 
+    /// What about its surface may be why no radius holds its mass, with the remedy.
+    fn why_none(&self) -> String {
+        let outer = self.layers.len() - 1;
+        let equation = &self.layers[outer].material.equation;
+        let Ok((_, density, _)) = self.top(outer, self.surface_pressure, self.surface_temperature) else {
+            return String::new();
+        };
+        let at_surface = format!(
+            "; at its surface {} has {density:.3e} g/cm^3 at {} K and {:.3e} dyn/cm^2, where it is at home with {:.3e}",
+            equation.name(),
+            self.surface_temperature,
+            self.surface_pressure,
+            equation.usual_density()
+        );
+        let remedy = match self.surface_pressure {
+            0.0 => "state a surface_pressure, such as 1 bar, which keeps it dense",
+            _ => "state another surface_pressure or a lower surface_temperature",
+        };
+        format!("{at_surface}: {remedy}")
+    }
+
     fn rows(&self, trial: &Trial) -> Result<Table> {
         let mut states: Vec<(usize, State, f64)> = Vec::new();
         let left = self
             .integrate(trial, &mut |index, state, t| states.push((index, *state, t)))
             .map_err(|e| refuse(e.to_string()))?;
         if !(left.abs() < LARGEST_LEFT) {
-            let problem = "has no equilibrium: with these materials no radius holds its mass";
-            return Err(refuse(problem));
+            return Err(refuse(format!(
+                "has no equilibrium: with these materials no radius holds its mass{}",
+                self.why_none()
+            )));
         }
         let Some(&(inmost, last, temperature)) = states.last() else { return Err(refuse("has no radius")) };
         let is_empty = |i: &usize| {

@@ -131,6 +131,28 @@ fn a_planet_of_gas_alone_asks_for_its_surface_pressure() {
     assert!(error.contains("surface_pressure: is 0") && error.contains("state the pressure"), "{error}");
 }
 
+/// Cold water without a pressure is a vapor, of which no radius is full.
+#[test]
+fn a_planet_that_no_radius_holds_asks_for_a_surface_pressure() {
+    let planet = |surface_pressure: f64| Planet {
+        layers: vec![
+            layer(100, ThermalState::Adiabatic, Boundary::Fraction(0.3)),
+            layer(103, ThermalState::Adiabatic, Boundary::Fraction(0.9)),
+            layer(102, ThermalState::Adiabatic, Boundary::Unknown),
+        ],
+        mass: Some(6e27),
+        radius: None,
+        surface_pressure,
+        surface_temperature: 250.0,
+        gravity: GRAVITY,
+    };
+    let error = planet(0.0).table().err().unwrap().to_string();
+    for part in ["no radius holds its mass", "Tillotson", "250 K", "surface_pressure, such as 1 bar"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    assert!(planet(1e6).table().is_ok());
+}
+
 /// Each of mass, radius and boundary follows from the other two.
 #[test]
 fn what_is_left_open_follows_from_the_rest() {
