@@ -324,6 +324,61 @@ fn fields_that_are_not_periodic_are_told_in_a_periodic_box() {
     assert_eq!(told("[open, open, periodic]", "motion: {rotation: [1, 0, 0]}").len(), 1);
 }
 
+/// The file starts at time 0, whatever the snapshot's is.
+#[test]
+fn particles_that_form_after_the_start_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |births: [f64; 2], name: &str, time: f64| {
+        let mut file = lattice(true);
+        file.header.time = time;
+        let column = |name: &str, components: usize, values: Vec<f64>, dimension| {
+            Column::new(name, components, Values::F64(values), dimension)
+        };
+        let columns = vec![
+            column(names::COORDINATES, 3, vec![0.1, 0.2, 0.3, 0.5, 0.5, 0.5], UnitDimension::LENGTH),
+            column(names::MASSES, 1, vec![1e-3; 2], UnitDimension::MASS),
+            column(name, 1, births.to_vec(), UnitDimension::NONE),
+        ];
+        file.species.push(sph_formats::Species { part_type: 4, table: ParticleTable { count: 2, columns } });
+        let path = written(folder.path(), "stars.hdf5", &file);
+        let scene =
+            format!("input: {{file: '{}'}}\nparticles: 100\npolish: none\nwvt: {{iterations: 0}}\n", path.display());
+        let (_, report) = placed(&scene);
+        report.warnings.into_iter().find(|w| w.contains("would form after the start"))
+    };
+    let found = told([0.2, 0.6], "StellarFormationTime", 0.7).unwrap();
+    assert!(found.contains("of type 4") && found.contains("up to 6.0") && found.contains("7.000000e-1"), "{found}");
+    assert!(told([0.2, 0.6], "BirthTimes", 0.7).is_some());
+    for (births, name, time) in
+        [([-2.0, -0.1], "BirthTimes", 0.7), ([0.2, 0.6], "Metals", 0.7), ([0.2, 0.6], "BirthTimes", 0.0)]
+    {
+        assert_eq!(told(births, name, time), None, "{births:?} {name} {time}");
+    }
+}
+
+/// What fills a periodic box ends at its faces where it is one body among others, unless a medium goes on about it.
+#[test]
+fn a_snapshot_that_fills_a_periodic_box_is_one_piece_as_a_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(folder.path(), "box.hdf5", &lattice(true));
+    let told = |input: &str| {
+        let scene = format!(
+            "bodies:\n- {{name: cloud, input: {{file: '{}'{input}}}}}\n- {{point_mass: 1, position: [100, 0, 0]}}\noutput: {{units: code}}\n",
+            path.display()
+        );
+        let (_, report) = place_bodies(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+        report.warnings.iter().any(|w| w.contains("body cloud fills a periodic box"))
+    };
+    assert!(told(", keep_particles: true") && told(""));
+    let star = "input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}\nparticles: 100\npolish: none\nwvt: {iterations: 0}\n";
+    let (mut star, _) = placed(star);
+    star.header.periodic = [true; 3];
+    let path = written(folder.path(), "star.hdf5", &star);
+    let scene = format!("bodies:\n- {{name: cloud, input: {{file: '{}'}}}}\noutput: {{units: code}}\n", path.display());
+    let (_, report) = place_bodies(&Scene::parse(&scene).unwrap(), FORMATS, &Control::default()).unwrap();
+    assert!(report.warnings.iter().all(|w| !w.contains("fills a periodic box")), "{:?}", report.warnings);
+}
+
 #[test]
 fn sinks_without_a_radius_are_refused_before_anything_is_placed() {
     let star = "bodies:\n- {point_mass: 1}\n- {input: {profile: {polytrope: {n: 1.5, mass: 1, radius: 1}}}, position: [5, 0, 0]}\n\

@@ -107,7 +107,7 @@ pub fn place_bodies(
     overlap::refuse_overlap(&bodies, &states, own.as_ref())?;
     overlap::refuse_coincident_points(&bodies, &states)?;
     let mut warnings = Vec::from_iter(scene.has_several_gases());
-    warnings.extend(cut_out);
+    warnings.extend(cut_out.into_iter().filter(|_| scene.ambient.is_none()));
     let has_gravity = common.dimension == 3 && (common.has_units() || scene.own_gravity().is_some());
     let constant = has_gravity.then(|| common.gravity_in(&header.units));
     let supports: Vec<Option<f64>> = reports.iter().map(|r| r.as_ref().and_then(|r| r.0.support)).collect();

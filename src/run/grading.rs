@@ -197,7 +197,7 @@ fn density_as_seen(mean: f64, of_interior: Option<f64>, more: &str) -> (Grade, S
 /// What places mass and density better, as far as it has not been done.
 fn more(report: &Report) -> &'static str {
     match report.renewed {
-        Some(_) => "a finer snapshot, or a wider `refine.shell`,",
+        Some(_) => "a finer snapshot and a wider `refine.shell`",
         None if report.plan.takes_a_solver() => "more particles or `polish: solver`",
         None => "more particles",
     }

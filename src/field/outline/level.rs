@@ -187,13 +187,22 @@ impl<const D: usize> Outline<D> {
     }
 
     /// The level with its gradient.
-    fn sloped(&self, x: &[f64; D], (i, distance): (usize, f64)) -> Option<Level<D>> {
+    fn sloped(&self, x: &[f64; D], near: (usize, f64)) -> Option<Level<D>> {
+        match self.domain.axes.contains(&Axis::Periodic) {
+            true => self.sloped_by(|at| self.domain.displacement(x, at), near),
+            false => self.sloped_by(|at| sph::array(|k| at[k] - x[k]), near),
+        }
+    }
+
+    /// The same, with the way to the places of particles.
+    #[inline]
+    fn sloped_by(&self, offset: impl Fn(&[f64; D]) -> [f64; D], (i, distance): (usize, f64)) -> Option<Level<D>> {
         type Vector<const D: usize> = SVector<f64, D>;
         let (mut sum, mut reach, mut mean) = (0.0, 0.0, Vector::<D>::zeros());
         let (mut sums, mut reaches, mut means) =
             (Vector::<D>::zeros(), Vector::<D>::zeros(), SMatrix::<f64, D, D>::zeros());
         for blob in self.reaching(i, distance) {
-            let offset = Vector::<D>::from(self.domain.displacement(x, &blob.at));
+            let offset = Vector::<D>::from(offset(&blob.at));
             let left = 1.0 - offset.norm_squared() * blob.narrowness;
             if left > 0.0 {
                 let square = blob.volume * left * left;
