@@ -28,6 +28,7 @@ mod follow;
 mod gallery;
 mod grids;
 mod in_turn;
+mod kept_mass;
 mod lattices;
 mod layers;
 mod made;

@@ -13,6 +13,7 @@ use super::categorical::{MAX_KINDS, kinds};
 use super::cloud::{nearer, weigh};
 use super::listed::{ALIKE, Listed};
 use super::local_fit::{Design, MOST_TERMS, monomials, terms};
+use super::local_mass::{self, Lumps};
 use super::outer_layer::{self, Balance, Portion};
 use super::outline::{Ends, Outline};
 use super::sampled::Outside;
@@ -20,7 +21,7 @@ use super::series::{Place, Series, components};
 use super::{CarriedField, CarriedInfo, Enclosure, Patch, ScalarField};
 use crate::error::Result;
 use serde::Serialize;
-use sph::domain::Domain;
+use sph::domain::{Axis, Domain};
 use sph::geometry::distance;
 use sph::parallel;
 use sph_formats::Variable;
@@ -34,6 +35,8 @@ const REACHES: usize = 4;
 const INTERVAL: f64 = 1.0;
 /// Differences for a slope, in the distance of the farthest particle with a weight: half of the digits.
 const SLOPE_STEP: f64 = 1e-7;
+/// Changes of densities until the field has the particles' mass.
+const PASSES: usize = 3;
 /// Particles whose noise is taken for that of one.
 const SURROUNDINGS: usize = 16;
 
@@ -72,6 +75,8 @@ pub(crate) struct FromParticles<const D: usize> {
     pub(crate) domain: Domain<D>,
     /// How the mass of the densities and that of the particles go together.
     pub(crate) balance: Balance,
+    /// The mean change of densities, by mass, with which mass stays where the particles have it; `None` where none is needed.
+    pub(crate) moved: Option<f64>,
 }
 
 /// The fields of particles: of `density`, and of `others`, whose values must be finite. With the particles' `masses` the density has these
@@ -111,6 +116,12 @@ pub(crate) fn from_particles<const D: usize>(
     if let Balance::Kept(factors) = balance {
         series[0].change(|i| factors.log_at(depths[i]));
     }
+    let moved = match (masses, &balance) {
+        (Some(masses), Balance::Kept(_) | Balance::Unknown) => {
+            fitted.keep_mass(&mut series[0], (&noise, columns), (masses, &depths))?
+        }
+        _ => None,
+    };
     let left = fitted.fit(&series, (&noise, columns));
     let scatter = series[0].place.is_log.then(|| Scatter {
         values: median(noise.chunks(columns).map(|row| row[0].sqrt()).collect()),
@@ -136,7 +147,7 @@ pub(crate) fn from_particles<const D: usize>(
         let info = CarriedInfo { name: variable.name, unit: None, components: 1 };
         carried.push(Box::new(MaterialField { fitted, info, kinds }));
     }
-    Ok(FromParticles { density, carried, scatter, domain, balance })
+    Ok(FromParticles { density, carried, scatter, domain, balance, moved })
 }
 
 impl<const D: usize> Fitted<D> {
@@ -194,6 +205,45 @@ impl<const D: usize> Fitted<D> {
             Some((self.blend(&series.place, 0, &found, x).exp(), spacing(near)))
         })?;
         Ok((Balance::new(&particles, &field), depths))
+    }
+
+    /// Changes densities until the field has the mass of particles that are well within what they fill where these have it, if it has it elsewhere; by how
+    /// much on average. `depths` are those from where particles end; none where that is not known.
+    ///
+    /// # Errors
+    /// None, as there is a box about what they fill.
+    fn keep_mass(
+        &mut self,
+        series: &mut Series,
+        noise: (&[f64], usize),
+        (masses, depths): (&[f64], &[f64]),
+    ) -> Result<Option<f64>> {
+        let is_endless = self.domain.axes.iter().all(|axis| *axis == Axis::Periodic);
+        if !series.place.is_log || depths.is_empty() && !is_endless {
+            return Ok(None);
+        }
+        let n = self.particles.len();
+        let within: Vec<f64> = (0..n).map(|i| depths.get(i).map_or(1.0, |depth| outer_layer::deep(*depth))).collect();
+        let domain = self.ends.as_ref().map_or_else(|| Ok(self.domain.clone()), Ends::domain)?;
+        let mut changed = vec![0.0; n];
+        for _ in 0..PASSES {
+            self.fit(std::slice::from_ref(series), noise);
+            let found = |x: &[f64; D]| {
+                let found = self.weights(x, Outside::Reject)?;
+                Some((self.blend(&series.place, 0, &found, x).exp(), found.first()?.0))
+            };
+            let Some(lumps) = Lumps::new((&self.particles, &domain), found) else { break };
+            let is_alike = |i: usize, j: usize| self.materials.is_empty() || self.materials[i] == self.materials[j];
+            let lacking = lumps.lacking((&self.particles, &domain), masses, is_alike);
+            if !lumps.are_of(masses) || !local_mass::is_elsewhere(&lacking, masses, &within) {
+                break;
+            }
+            series.change(|i| within[i] * lacking[i]);
+            (0..n).for_each(|i| changed[i] += within[i] * lacking[i]);
+        }
+        let total: f64 = masses.iter().sum();
+        let mean = (0..n).map(|i| masses[i] * changed[i].abs()).sum::<f64>() / total;
+        Ok((mean > 0.0).then_some(mean))
     }
 
     /// The particles of the mean at `x`, and their distances, ascending; `None` where `x` is outside and `outside` says so.

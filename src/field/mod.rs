@@ -50,6 +50,7 @@ mod interior;
 mod intervals;
 mod listed;
 mod local_fit;
+mod local_mass;
 mod mass;
 mod mesh;
 mod narrow_jumps;

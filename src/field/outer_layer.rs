@@ -52,7 +52,7 @@ fn towards_surface(depth: f64) -> f64 {
 }
 
 /// How much a depth counts as deep inside.
-fn deep(depth: f64) -> f64 {
+pub(super) fn deep(depth: f64) -> f64 {
     let t = ((depth - INSIDE[0]) / (INSIDE[1] - INSIDE[0])).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
