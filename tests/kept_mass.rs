@@ -65,8 +65,8 @@ fn the_surroundings_of_something_dense_keep_their_mass() {
     let folder = tempfile::tempdir().unwrap();
     for (d, side, count, cases) in [
         (1, 200, 300, &[(20.0, true), (20.0, false), (2.0, true)][..]),
-        (2, 40, 3000, &[(20.0, false), (2.0, true)]),
-        (3, 20, 3000, &[(20.0, true)]),
+        (2, 40, 3000, &[(20.0, false), (2.0, true)][..]),
+        (3, 20, 3000, &[(20.0, true)][..]),
     ] {
         for &(contrast, is_periodic) in cases {
             let (path, own) = snapshot(folder.path(), (d, side), contrast, is_periodic);
