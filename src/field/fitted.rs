@@ -219,7 +219,8 @@ impl<const D: usize> Fitted<D> {
         (masses, depths): (&[f64], &[f64]),
     ) -> Result<Option<f64>> {
         let is_endless = self.domain.axes.iter().all(|axis| *axis == Axis::Periodic);
-        if !series.place.is_log || depths.is_empty() && !is_endless {
+        // Of few neighbors, as there are in fewer dimensions, sums are too noisy to tell.
+        if D < 3 || !series.place.is_log || depths.is_empty() && !is_endless {
             return Ok(None);
         }
         let n = self.particles.len();
